@@ -38,6 +38,13 @@ void bind_chains(py::module_& module) {
       .value("axis_azimuth", ParameterKind::axis_azimuth)
       .value("axis_elevation", ParameterKind::axis_elevation)
       .value("axis_swing", ParameterKind::axis_swing)
+      .value("coordinate", ParameterKind::coordinate)
+      .value("mirrored_coordinate", ParameterKind::mirrored_coordinate)
+      .value("small_turn", ParameterKind::small_turn)
+      .value("mirrored_small_turn", ParameterKind::mirrored_small_turn)
+      .value("written_turn", ParameterKind::written_turn)
+      .value("mirrored_written_turn", ParameterKind::mirrored_written_turn)
+      .value("handedness", ParameterKind::handedness)
       .value("gain", ParameterKind::gain)
       .value("offset", ParameterKind::offset)
       .value("curvature", ParameterKind::curvature)
@@ -54,12 +61,17 @@ void bind_chains(py::module_& module) {
       .value("travel_from_point", ActiveJoint::travel_from_point)
       .value("angle_about_axis", ActiveJoint::angle_about_axis)
       .value("angle_from_meridian", ActiveJoint::angle_from_meridian)
+      .value("joint_turn", ActiveJoint::joint_turn)
+      .value("mirrored_joint_turn", ActiveJoint::mirrored_joint_turn)
+      .value("joint_travel", ActiveJoint::joint_travel)
+      .value("mirrored_joint_travel", ActiveJoint::mirrored_joint_travel)
       .finalize();
 
   py::class_<ParameterInfo>(module, "ParameterInfo")
       .def_property_readonly("name", [](const ParameterInfo& self) { return self.name; })
       .def_property_readonly("end", [](const ParameterInfo& self) { return self.role.end; })
-      .def_property_readonly("kind", [](const ParameterInfo& self) { return self.role.kind; });
+      .def_property_readonly("kind", [](const ParameterInfo& self) { return self.role.kind; })
+      .def_readonly("held", &ParameterInfo::held);
 
   py::class_<ChainInfo>(module, "ChainInfo")
       .def_property_readonly("name", [](const ChainInfo& self) { return self.name; })

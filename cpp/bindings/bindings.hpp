@@ -11,6 +11,7 @@ namespace py = pybind11;
 // One function a room, in bind_<room>.cpp. Arguments are named, arrays cross without copies where
 // NumPy's are C-contiguous float64, and long computations let other Python threads run.
 void bind_model(py::module_& module);
+void bind_declared(py::module_& module);
 void bind_kinematics(py::module_& module);
 void bind_symmetry(py::module_& module);
 void bind_statistics(py::module_& module);

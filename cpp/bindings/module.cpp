@@ -48,6 +48,7 @@ PYBIND11_MODULE(_core, module) {
   });
   symkin::set_interrupt_hook(&raise_signals);
   bind_model(module);
+  bind_declared(module);
   bind_kinematics(module);
   bind_symmetry(module);
   bind_statistics(module);

@@ -11,6 +11,7 @@ import numpy.typing
 import symkin.errors
 import typing
 __all__: list[str] = ['AccuracyWeights', 'ActiveJoint', 'Carrier', 'Certificate', 'ChainInfo', 'ClosureRows', 'Criterion', 'DetectedSymmetry', 'Diagnosis', 'DrawingConflict', 'ElementImage', 'End', 'Error', 'Estimator', 'Fleet', 'FleetTolerances', 'ForwardKinematicsResult', 'Frame', 'GoodnessOfFit', 'IMAGE_TOLERANCES', 'Identification', 'ImpossibleLeg', 'JointFit', 'LegDeviation', 'LegIdentification', 'LegRows', 'MeasurementNoise', 'MeasurementSet', 'Mechanism', 'NotIdentifiable', 'Observability', 'Observations', 'Observed', 'ParameterInfo', 'ParameterKind', 'PoseErrors', 'PoseSet', 'PoseUse', 'QuadraticForm', 'ResidualTest', 'RowFit', 'RowKind', 'Selection', 'SelectionMethod', 'SelectionOptions', 'Setup', 'Simulation', 'SingularityMeasures', 'Suspect', 'SymmetryElement', 'SymmetryFrame', 'SymmetryGroup', 'SymmetryMismatch', 'SymmetryTolerance', 'Tolerances', 'WorkspaceOptions', 'WorkspaceRejections', 'WorkspaceSample', 'WorkspaceSymmetry', 'accuracy_weights', 'analyse_observability', 'chain_info', 'chain_names', 'chi_square_tail', 'closure', 'command_errors', 'continued', 'detect_symmetry', 'diagnose', 'disturb', 'drawing_conflict', 'expected_accuracy', 'f_tail', 'fit_jointly', 'fleet_tolerances', 'forward_kinematics', 'generate_legs', 'generating_elements', 'identify', 'identify_many', 'image_of_legs', 'inside_workspace', 'inverse_kinematics', 'largest_error', 'left_unexplained', 'leg_carriers', 'linearise', 'loss_bend', 'loss_names', 'measurement_errors', 'mechanism_rows', 'observability_group', 'observability_rows', 'observed_rows', 'on_constraint', 'parameter_jacobian', 'pose_jacobian', 'projected_effects', 'reach_margin', 'reading_sign', 'sample_workspace', 'select_poses', 'simulate', 'singularity_measures', 'starting_poses', 'student_limit', 'symmetry_deviations', 'transform_leg', 'transform_poses', 'unknown_names', 'verify_symmetry', 'verify_workspace_symmetry', 'with_starting_frames']
+__all__: list[str] = ['AccuracyWeights', 'ActiveJoint', 'Carrier', 'Certificate', 'ChainInfo', 'ClosureRows', 'Criterion', 'Declaration', 'DetectedSymmetry', 'Diagnosis', 'ElementImage', 'End', 'Error', 'Estimator', 'Fleet', 'ForwardKinematicsResult', 'Frame', 'GoodnessOfFit', 'IMAGE_TOLERANCES', 'Identification', 'ImpossibleLeg', 'JointFit', 'LegDeviation', 'LegIdentification', 'LegRows', 'MeasurementNoise', 'MeasurementSet', 'Mechanism', 'NotIdentifiable', 'Observability', 'Observations', 'Observed', 'ParameterInfo', 'ParameterKind', 'PoseErrors', 'PoseSet', 'PoseUse', 'ResidualTest', 'RowFit', 'RowKind', 'Selection', 'SelectionMethod', 'SelectionOptions', 'Setup', 'Simulation', 'SingularityMeasures', 'Suspect', 'SymmetryElement', 'SymmetryFrame', 'SymmetryGroup', 'SymmetryMismatch', 'SymmetryTolerance', 'Tolerances', 'WorkspaceOptions', 'WorkspaceRejections', 'WorkspaceSample', 'WorkspaceSymmetry', 'accuracy_weights', 'analyse_observability', 'chain_info', 'chain_names', 'chi_square_tail', 'closure', 'command_errors', 'continued', 'declare_chain', 'detect_symmetry', 'diagnose', 'disturb', 'expected_accuracy', 'f_tail', 'fit_jointly', 'forward_kinematics', 'generate_legs', 'generating_elements', 'identify', 'identify_many', 'image_of_legs', 'inside_workspace', 'inverse_kinematics', 'joints_at_home', 'left_unexplained', 'leg_carriers', 'linearise', 'loss_bend', 'loss_names', 'measurement_errors', 'mechanism_rows', 'observability_group', 'observability_rows', 'observed_rows', 'on_constraint', 'parameter_jacobian', 'pose_jacobian', 'reach_margin', 'reading_sign', 'redundant_scalars', 'sample_workspace', 'select_poses', 'simulate', 'singularity_measures', 'starting_poses', 'student_limit', 'symmetry_deviations', 'transform_leg', 'transform_poses', 'unknown_names', 'verify_symmetry', 'verify_workspace_symmetry', 'with_starting_frames']
 class AccuracyWeights:
     @property
     def evaluated(self) -> int:
@@ -31,6 +32,10 @@ class ActiveJoint(enum.Enum):
     angle_in_platform = 1
     distance = 5
     elbow_angle = 2
+    joint_travel = 11
+    joint_turn = 9
+    mirrored_joint_travel = 12
+    mirrored_joint_turn = 10
     travel_from_point = 6
     travel_on_base = 3
     travel_on_platform = 4
@@ -113,6 +118,9 @@ class Criterion(enum.Enum):
     O4 = 3
     O5 = 4
     expected_error = 5
+class Declaration:
+    def __init__(self, name: str, pose_space: str, joints: collections.abc.Sequence[tuple[str, typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], bool, typing.SupportsInt | typing.SupportsIndex, typing.SupportsFloat | typing.SupportsIndex, typing.SupportsFloat | typing.SupportsIndex]], transforms: collections.abc.Sequence[typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(10)"]], loops: collections.abc.Sequence[tuple[collections.abc.Sequence[tuple[str, typing.SupportsInt | typing.SupportsIndex]], collections.abc.Sequence[tuple[str, typing.SupportsInt | typing.SupportsIndex]], str, typing.SupportsInt | typing.SupportsIndex, typing.SupportsInt | typing.SupportsIndex]], scalars: collections.abc.Sequence[tuple[str, typing.SupportsInt | typing.SupportsIndex, typing.SupportsInt | typing.SupportsIndex, End, ParameterKind, bool]], home_pose: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], home_joints: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], free: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex]) -> None:
+        ...
 class DetectedSymmetry:
     @property
     def images(self) -> list[ElementImage]:
@@ -512,32 +520,42 @@ class ParameterInfo:
     def end(self) -> End:
         ...
     @property
+    def held(self) -> bool:
+        ...
+    @property
     def kind(self) -> ParameterKind:
         ...
     @property
     def name(self) -> str:
         ...
 class ParameterKind(enum.Enum):
-    absent = 19
+    absent = 26
     arc = 1
     axis_azimuth = 13
     axis_elevation = 14
     axis_swing = 15
     azimuth = 5
-    curvature = 18
+    coordinate = 16
+    curvature = 25
     direction_azimuth = 8
     direction_distance = 9
     eccentricity = 2
-    gain = 16
+    gain = 23
     guide_azimuth = 10
     guide_elevation = 11
     guide_swing = 12
+    handedness = 22
     height = 7
     length = 0
-    offset = 17
+    mirrored_coordinate = 17
+    mirrored_small_turn = 19
+    mirrored_written_turn = 21
+    offset = 24
     polar_angle = 6
     pulley_radius = 3
     radius = 4
+    small_turn = 18
+    written_turn = 20
 class PoseErrors:
     @property
     def differences(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
@@ -999,6 +1017,8 @@ def command_errors(actual: Mechanism, model: Mechanism, commanded: typing.Annota
     ...
 def continued(mechanism: Mechanism, readings: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], home: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"], known: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
     ...
+def declare_chain(declaration: Declaration) -> None:
+    ...
 def detect_symmetry(mechanism: Mechanism, tolerance: SymmetryTolerance = ...) -> DetectedSymmetry:
     ...
 def diagnose(estimate: Mechanism, measurements: MeasurementSet, noise: MeasurementNoise, rejected: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], turning_sensor: bool, alarm: typing.SupportsFloat | typing.SupportsIndex) -> Diagnosis:
@@ -1032,6 +1052,7 @@ def inside_workspace(mechanism: Mechanism, options: WorkspaceOptions, poses: typ
 def inverse_kinematics(mechanism: Mechanism, poses: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]", "flags.c_contiguous"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
     ...
 def largest_error(effects: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]", "flags.c_contiguous"], rows_per_pose: typing.SupportsInt | typing.SupportsIndex, covariance: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]", "flags.c_contiguous"], probability: typing.SupportsFloat | typing.SupportsIndex, noise_degrees: typing.SupportsFloat | typing.SupportsIndex = ..., poses: typing.SupportsInt | typing.SupportsIndex = 100, draws: typing.SupportsInt | typing.SupportsIndex = 10000) -> float:
+def joints_at_home(declaration: Declaration, known: collections.abc.Sequence[bool]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
     ...
 def left_unexplained(mechanism: Mechanism, setup: Setup, observations: Observations, poses: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], pose: typing.SupportsInt | typing.SupportsIndex) -> float:
     ...
@@ -1064,6 +1085,8 @@ def projected_effects(effects: typing.Annotated[numpy.typing.NDArray[numpy.float
 def reach_margin(mechanism: Mechanism, poses: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]", "flags.c_contiguous"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
     ...
 def reading_sign(element: SymmetryElement, mechanism: Mechanism, leg: typing.SupportsInt | typing.SupportsIndex = 0) -> float:
+    ...
+def redundant_scalars(declaration: Declaration) -> list[bool]:
     ...
 def sample_workspace(mechanism: Mechanism, options: WorkspaceOptions, count: typing.SupportsInt | typing.SupportsIndex, seed: typing.SupportsInt | typing.SupportsIndex) -> WorkspaceSample:
     ...

@@ -3,7 +3,12 @@
 
 #include <algorithm>
 #include <array>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
 #include <numeric>
+#include <utility>
 
 #include "symkin/support/error.hpp"
 
@@ -42,6 +47,24 @@ Platform platform_of(PoseSpace space) {
          : space == PoseSpace::translating ? Platform::translating
          : space == PoseSpace::spherical   ? Platform::spherical
                                            : Platform::rigid;
+}
+
+using Declared = std::map<std::string, std::unique_ptr<const ChainModel>, std::less<>>;
+
+Declared& declared_models() {
+  static Declared models;
+  return models;
+}
+
+std::mutex& declared_mutex() {
+  static std::mutex mutex;
+  return mutex;
+}
+
+const ChainModel* declared_model_of(std::string_view chain) {
+  const std::lock_guard lock(declared_mutex());
+  const auto found = declared_models().find(chain);
+  return found == declared_models().end() ? nullptr : found->second.get();
 }
 
 bool carries(const ChainModel& model, Platform platform) {
@@ -120,7 +143,20 @@ const ChainModel& leg_model(std::string_view chain, Platform platform) {
       return *model;
     }
   }
+  const ChainModel* const declared = declared_model_of(chain);
+  if (declared != nullptr && carries(*declared, platform)) {
+    return *declared;
+  }
   refuse(chain, platform);
+}
+
+const ChainModel& declare_chain(const declared::Declaration& declaration) {
+  if (const ChainModel* const there = declared_model_of(declaration.name)) {
+    return *there;
+  }
+  auto made = declared::declared_model(declaration);
+  const std::lock_guard lock(declared_mutex());
+  return *declared_models().try_emplace(declaration.name, std::move(made)).first->second;
 }
 
 Platform platform_named(std::string_view name) {

@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "symkin/chains/declared/declared_model.hpp"
 #include "symkin/model/chain_model.hpp"
 
 namespace symkin {
@@ -13,7 +14,11 @@ namespace symkin {
 // "[R]RR". Throws InvalidInput that names the nearest chain, or why the chain cannot be used.
 const ChainModel& leg_model(std::string_view chain, Platform platform = Platform::rigid);
 
-// Names of the chains for a platform.
+// Makes a declared leg a chain that leg_model() finds by its name, as long as the program runs. A
+// name that is taken keeps its chain.
+const ChainModel& declare_chain(const declared::Declaration& declaration);
+
+// Names of the chains for a platform, without declared ones.
 std::vector<std::string> chain_names(Platform platform = Platform::rigid);
 
 // "rigid", "point", "translating" or "spherical"; throws InvalidInput otherwise.

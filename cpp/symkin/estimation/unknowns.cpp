@@ -61,7 +61,7 @@ std::vector<std::string> unknown_names(const Mechanism& mechanism, const Setup& 
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
     const std::string block = "leg" + std::to_string(leg + 1) + ".";
     Index scalar = list.leg(leg);
-    for (const auto& [name, role] : mechanism.model(leg).info().parameters) {
+    for (const auto& [name, role, held] : mechanism.model(leg).info().parameters) {
       const bool absent = role.kind == ParameterKind::absent;
       set(scalar++, absent ? std::string() : block + std::string(name));
     }

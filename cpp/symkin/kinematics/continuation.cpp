@@ -11,7 +11,7 @@
 namespace symkin {
 namespace {
 
-constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNotReached = std::numeric_limits<double>::quiet_NaN();
 constexpr int kSteps = 8;
 
 using Rows = std::vector<Index>;
@@ -45,7 +45,7 @@ RowMatrix solved(const Mechanism& mechanism, const RowMatrix& readings, const Ro
   ForwardKinematicsResult result = forward_kinematics(mechanism, readings, starts);
   for (Index i = 0; i < readings.rows(); ++i) {
     if (result.status[static_cast<std::size_t>(i)] != ForwardStatus::converged) {
-      result.poses.row(i).setConstant(kUnknown);
+      result.poses.row(i).setConstant(kNotReached);
     }
   }
   return result.poses;
@@ -98,7 +98,7 @@ RowMatrix continued(const Mechanism& mechanism, const RowMatrix& readings, Const
   check_readings(mechanism, readings.rows(), readings);
   RowMatrix poses = known;
   if (known.size() == 0) {
-    poses = RowMatrix::Constant(readings.rows(), home.size(), kUnknown);
+    poses = RowMatrix::Constant(readings.rows(), home.size(), kNotReached);
   }
   check_poses(mechanism, poses);
   if (poses.rows() != readings.rows()) {

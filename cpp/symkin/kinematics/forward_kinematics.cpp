@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <string>
 
-#include "symkin/kinematics/detail/mixed_newton.hpp"
+#include "symkin/model/one_by_one_newton.hpp"
 #include "symkin/support/error.hpp"
 
 namespace symkin {
@@ -44,7 +44,11 @@ void forward_kinematics(const Mechanism& mechanism, const RowMatrix& readings, C
     chain->forward_kinematics(mechanism.leg_values(), readings, start, options, result.poses,
                               result.status);
   } else {
-    mixed_forward_kinematics(mechanism, readings, start, options, result.poses, result.status);
+    LegsOneByOne legs{{}, mechanism.leg_values()};
+    for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
+      legs.models.push_back(&mechanism.model(leg));
+    }
+    forward_kinematics(legs, readings, start, options, result.poses, result.status);
   }
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "symkin/model/roles.hpp"
+#include "symkin/support/types.hpp"
 
 namespace symkin {
 
@@ -17,6 +18,7 @@ struct ChainInfo {
   int closures;                   // equations a leg
   bool mode_is_orientation;       // a reflection flips the working mode
   std::string_view working_mode;  // what the sign of the working mode means
+  std::vector<Index> free{};      // see free_coordinates(); empty where the pose space tells
 
   // Radians; an offset has the unit of the active joint.
   bool is_angular(const ParameterInfo& parameter) const {

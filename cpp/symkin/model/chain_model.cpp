@@ -22,40 +22,40 @@ LegValues one_leg(ConstVector parameters, int working_mode = 1) {
 
 }  // namespace
 
-RowMatrix ChainModel::inverse_kinematics(const Legs& legs, ConstRows poses) const {
+RowMatrix KernelModel::inverse_kinematics(const Legs& legs, ConstRows poses) const {
   RowMatrix readings(poses.rows(), span(legs).count);
   kernels_.inverse(span(legs), span(poses), readings.data());
   return readings;
 }
 
-void ChainModel::inverse_kinematics(ConstVector parameters, int working_mode, ConstRows poses,
-                                    Eigen::Ref<Vector> readings) const {
+void KernelModel::inverse_kinematics(ConstVector parameters, int working_mode, ConstRows poses,
+                                     Eigen::Ref<Vector> readings) const {
   const LegValues leg = one_leg(parameters, working_mode);
   kernels_.inverse({&leg, 1}, span(poses), readings.data());
 }
 
-RowMatrix ChainModel::reach_margin(const Legs& legs, ConstRows poses) const {
+RowMatrix KernelModel::reach_margin(const Legs& legs, ConstRows poses) const {
   RowMatrix margins(poses.rows(), span(legs).count);
   kernels_.reach(span(legs), span(poses), margins.data());
   return margins;
 }
 
-void ChainModel::reach_margin(ConstVector parameters, ConstRows poses,
-                              Eigen::Ref<Vector> margins) const {
+void KernelModel::reach_margin(ConstVector parameters, ConstRows poses,
+                               Eigen::Ref<Vector> margins) const {
   const LegValues leg = one_leg(parameters);
   kernels_.reach({&leg, 1}, span(poses), margins.data());
 }
 
-void ChainModel::linearise(ConstVector parameters, ConstRows poses, ConstVector readings,
-                           ClosureRows& rows) const {
+void KernelModel::linearise(ConstVector parameters, ConstRows poses, ConstVector readings,
+                            ClosureRows& rows) const {
   rows.resize(poses.rows() * info().closures, parameter_count(),
               degrees_of_freedom(info().pose_space));
   kernels_.linearise(parameters.data(), span(poses), readings.data(), rows.closure.data(),
                      rows.by_parameters.data(), rows.by_pose.data(), rows.by_reading.data());
 }
 
-void ChainModel::linearise_pose(ConstVector parameters, ConstRows poses, ConstVector readings,
-                                ClosureRows& rows) const {
+void KernelModel::linearise_pose(ConstVector parameters, ConstRows poses, ConstVector readings,
+                                 ClosureRows& rows) const {
   const Index count = poses.rows() * info().closures;
   rows.closure.resize(count);
   rows.by_pose.resize(count, degrees_of_freedom(info().pose_space));
@@ -65,8 +65,8 @@ void ChainModel::linearise_pose(ConstVector parameters, ConstRows poses, ConstVe
                    rows.by_pose.data(), rows.by_reading.data());
 }
 
-PoseDerivatives ChainModel::linearise_pose(const Legs& legs, ConstRows poses,
-                                           const RowMatrix& readings) const {
+PoseDerivatives KernelModel::linearise_pose(const Legs& legs, ConstRows poses,
+                                            const RowMatrix& readings) const {
   const Index columns = span(legs).count * info().closures;
   PoseDerivatives all;
   all.closure.resize(poses.rows(), columns);
@@ -77,9 +77,9 @@ PoseDerivatives ChainModel::linearise_pose(const Legs& legs, ConstRows poses,
   return all;
 }
 
-void ChainModel::forward_kinematics(const Legs& legs, const RowMatrix& readings, ConstRows start,
-                                    const ForwardKinematicsOptions& options, RowMatrix& poses,
-                                    std::vector<ForwardStatus>& status) const {
+void KernelModel::forward_kinematics(const Legs& legs, const RowMatrix& readings, ConstRows start,
+                                     const ForwardKinematicsOptions& options, RowMatrix& poses,
+                                     std::vector<ForwardStatus>& status) const {
   constexpr Index kBlock = 4096;  // between two looks for an interrupt
   poses.resize(readings.rows(), coordinate_count(info().pose_space));
   status.resize(static_cast<std::size_t>(readings.rows()));

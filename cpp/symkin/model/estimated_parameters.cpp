@@ -56,7 +56,7 @@ std::vector<std::vector<Index>> estimated_parameters(const ChainInfo& chain, Con
     std::vector<Index>& estimated = all.emplace_back();
     for (std::size_t i = 0; i < chain.parameters.size(); ++i) {
       const ParameterKind kind = chain.parameters[i].role.kind;
-      if (i != redundant && !is_constant(kind) && !is_given(kind)) {
+      if (i != redundant && !chain.parameters[i].held && !is_constant(kind) && !is_given(kind)) {
         estimated.push_back(static_cast<Index>(i));
       }
     }

@@ -23,7 +23,7 @@ Index place_of(const Names& names, std::string_view name) {
 Names names_of(const std::vector<const ChainModel*>& chains, bool sensors) {
   Names names;
   for (const ChainModel* chain : chains) {
-    for (const auto& [name, role] : chain->info().parameters) {
+    for (const auto& [name, role, held] : chain->info().parameters) {
       if (is_sensor(role.kind) == sensors &&
           place_of(names, name) == static_cast<Index>(names.size())) {
         names.push_back(name);
@@ -50,7 +50,7 @@ ChainInfo info_in(const Names& layout, const ChainInfo& chain) {
   }
   const std::vector<Index> columns = columns_of(chain, layout);
   for (std::size_t i = 0; i < columns.size(); ++i) {
-    info.parameters[static_cast<std::size_t>(columns[i])].role = chain.parameters[i].role;
+    info.parameters[static_cast<std::size_t>(columns[i])] = chain.parameters[i];
   }
   return info;
 }

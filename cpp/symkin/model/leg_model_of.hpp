@@ -11,13 +11,13 @@ namespace symkin {
 
 // The model of a leg struct with its sensor.
 template <typename Leg, typename Sensor = LinearSensor>
-class LegModelOf final : public ChainModel {
+class LegModelOf final : public KernelModel {
   using Sensed = SensedLeg<Leg, Sensor>;
 
  public:
   // Other kernels than those on one pose at a time are for what is compiled for several processors.
   explicit LegModelOf(const LegKernels& kernels = leg_kernels<Leg, Sensor, double>())
-      : ChainModel(Sensed::info(), kernels) {}
+      : KernelModel(Sensed::info(), kernels) {}
 
   void reading_differences(ConstVector parameters, ConstVector readings, ConstVector others,
                            Eigen::Ref<Vector> differences) const override {

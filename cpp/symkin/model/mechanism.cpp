@@ -21,7 +21,7 @@ void check_leg(const ChainInfo& info, Leg& leg, std::size_t number) {
                        " parameters; expected " + std::to_string(count));
   }
   for (Index i = 0; i < count; ++i) {
-    const auto& [name, role] = info.parameters[static_cast<std::size_t>(i)];
+    const auto& [name, role, held] = info.parameters[static_cast<std::size_t>(i)];
     if (role.kind == ParameterKind::absent) {
       leg.parameters[i] = 0;
       continue;
@@ -71,6 +71,9 @@ const ChainModel* common_chain(const std::string& name,
 }  // namespace
 
 std::vector<Index> free_coordinates(const ChainInfo& chain) {
+  if (!chain.free.empty()) {
+    return chain.free;
+  }
   if (chain.pose_space == PoseSpace::spatial && chain.closures > 1) {
     return {2, 3, 4};
   }

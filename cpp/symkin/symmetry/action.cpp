@@ -171,7 +171,7 @@ Leg transform_leg(const SymmetryGroup& group, SymmetryElement element, const Cha
     if (turns(kind)) {
       parameters[i] = image.turned(parameters[i], end);
     } else if (image.reflection && is_mirrored(kind)) {
-      parameters[i] = -parameters[i];
+      parameters[i] = 0 - parameters[i];  // without a sign of zero
     }
   }
   double& offset = *find_parameter(chain, {End::none, ParameterKind::offset}, parameters);

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from symkin.data.columns import check_columns
 from symkin.data.sensor_tables import read_sensor_table
 from symkin.errors import MechanismFileError, did_you_mean, named_legs, printable
+from symkin.files.declared_legs import with_declared_chains
 from symkin.files.mechanism_schema import (
     ENDS,
     HEADER,
@@ -107,7 +108,7 @@ def read_mechanism(
         With the file, the line and the key at fault, the expectation, and for a misspelt key the
         nearest valid one.
     """
-    source = read_toml(_located(path_or_name))
+    source = with_declared_chains(read_toml(_located(path_or_name)))
     header = read_table(source, HEADER)
     stated: ReadingUnit | None = header.get("reading_unit")
     platform = header.get("platform", "rigid")

@@ -35,7 +35,7 @@ from symkin.model.settings import (
     Tolerances,
     WorkspaceSettings,
 )
-from symkin.options import OPTIONS, Option
+from symkin.options import OPTIONS, Option, Platform
 from symkin.storage.quantities import counts_steps, evaluate_quantity, unit_factor
 from symkin.storage.toml_file import (
     Kind,
@@ -483,6 +483,52 @@ def covariance_of(deviations: ArrayLike, correlation: Sequence[float]) -> NDArra
     return np.asarray(matrix * np.outer(sigma, sigma))
 
 
+# Known chains whose files have the sections of those that declare their legs.
+_LIKE_DECLARED: tuple[tuple[Platform, str], ...] = (
+    ("rigid", "[R]RR"),
+    ("rigid", "U[P]S"),
+    ("point", "[R]RR"),
+    ("translating", "[P]US"),
+    ("spherical", "[R]RR"),
+)
+
+
+def _declared_schema(like: str, platform: Platform) -> Schema:
+    """Files that declare their legs: the parameters of a leg are known to these alone."""
+    known = mechanism_table((like,), platform, "rad", None).schema
+    leg = {"type": "object", "properties": {"chain": {"type": "string"}}}
+    legs = {"type": "array", "items": leg}
+    steps = {"type": "array", "items": {"type": ["string", "object"]}}
+    tables = {"type": "array", "items": {"type": "object"}}
+    numbers = {"type": "array", "items": {"type": ["number", "string"]}}
+    chain = {
+        "type": "object",
+        "properties": {
+            "path": steps,
+            "platform_path": steps,
+            "rods": tables,
+            "loops": tables,
+            "closes": {"enum": ["pose", "point", "rotation"]},
+            "home": {"type": "object"},
+            "pose": numbers,
+            "free": {"type": "array", "items": {"type": "string"}},
+        },
+        "additionalProperties": False,
+    }
+    workspace = known["properties"]["workspace"]
+    free = {"free": {"type": "array", "items": {"type": "string"}}}
+    own = {
+        "chain": {"type": "string"},
+        "chains": {"type": "object", "additionalProperties": chain},
+        "reference_leg": leg,
+        "reference_legs": legs,
+        "legs": legs,
+        "workspace": workspace | {"properties": workspace["properties"] | free},
+    }
+    required = ["schema", "chains", *(["platform"] if platform != "rigid" else [])]
+    return known | {"properties": known["properties"] | own, "required": required}
+
+
 def mechanism_schema() -> Schema:
     """Return the JSON Schema (draft 2020-12) of mechanism files.
 
@@ -504,6 +550,7 @@ def mechanism_schema() -> Schema:
         for (platform, _), mixed in alike.items()
         if len(mixed) > 1
     ]
+    files += [_declared_schema(chain, platform) for platform, chain in _LIKE_DECLARED]
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "symkin mechanism file",

@@ -16,6 +16,7 @@ from symkin.errors import SymkinError, known_extension
 from symkin.files.mechanism_file import read_mechanism
 from symkin.files.mechanism_schema import ends_of
 from symkin.model.canonical import canonical
+from symkin.model.declared import declared_chain, label_of
 from symkin.model.file_frames import (
     cartesian,
     drawn_frames,
@@ -95,7 +96,7 @@ def mechanism_text(mechanism: Mechanism, *, header: str = "") -> str:
     start = {
         "schema": 1,
         "name": mechanism.name,
-        **({} if mechanism.mixed else {"chain": mechanism.chain}),
+        **({} if mechanism.mixed else {"chain": label_of(mechanism.chain)}),
         "platform": mechanism.platform,
         "reading_unit": mechanism.step or mechanism.reading_unit,
         **({"reading_wraps": True} if mechanism.reading_wraps else {}),
@@ -103,7 +104,7 @@ def mechanism_text(mechanism: Mechanism, *, header: str = "") -> str:
     notes = {"chain": _CHAIN_NOTE, "reading_unit": "of the sensors"}
     above = [f"# {line}".rstrip() for line in header.splitlines()]
     parts = ["\n".join([SCHEMA_LINE, *above, *(["#"] if above else []), _SI]) + "\n"]
-    parts += [_section("", start, notes), *_legs(mechanism)]
+    parts += [_section("", start, notes), *_declared(mechanism), *_legs(mechanism)]
     for name, (settings, units) in _settings(mechanism).items():
         if settings:
             parts.append(_section(f"[{name}]", settings, units))
@@ -139,6 +140,24 @@ def _section(heading: str, values: _Values, notes: Mapping[str, str]) -> str:
         note = f"  # {notes[name]}" if notes.get(name) else ""
         lines.append(f"{name} = {toml_value(value)}{note}")
     return "\n".join(lines) + "\n"
+
+
+def _declared(mechanism: Mechanism) -> list[str]:
+    """The chains that the file must declare."""
+    sections = []
+    for chain in dict.fromkeys(mechanism.chains):
+        declared = declared_chain(chain)
+        if declared is None:
+            continue
+        lines = [f"[chains.{_key(declared.label)}]"]
+        for name, value in declared.table.items():
+            if name in ("path", "platform_path", "rods", "loops"):
+                items = "".join(f"  {toml_value(each)},\n" for each in value)
+                lines.append(f"{name} = [\n{items}]")
+            else:
+                lines.append(f"{name} = {toml_value(value)}")
+        sections.append("\n".join(lines) + "\n")
+    return sections
 
 
 def _legs(mechanism: Mechanism) -> list[str]:
@@ -191,7 +210,7 @@ def _leg_notes(mechanism: Mechanism, leg: int) -> dict[str, str]:
 
 def _leg_values(mechanism: Mechanism, leg: int) -> _Values:
     """The table of a leg (from 0), each standard deviation beside its parameter."""
-    values: _Values = {"chain": mechanism.chains[leg]} if mechanism.mixed else {}
+    values: _Values = {"chain": label_of(mechanism.chains[leg])} if mechanism.mixed else {}
     values["working_mode"] = mechanism.legs[leg].working_mode
     ends = () if mechanism.points is None else mechanism.points.ends
     info, units = mechanism.leg_info(leg), mechanism.parameter_units(leg)

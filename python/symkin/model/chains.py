@@ -7,13 +7,14 @@ import functools
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, get_args
+from typing import Any, NamedTuple, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import MechanismError, did_you_mean, one_of
+from symkin.model.declared import declare_again, declared_chain
 from symkin.model.poses import POSE_SPACES
 from symkin.options import Platform, checks
 from symkin.values import FrozenMapping
@@ -38,6 +39,16 @@ __all__ = [
 PLATFORMS: tuple[Platform, ...] = get_args(Platform)
 
 
+_CONSTANTS = (
+    "guide_azimuth",
+    "axis_azimuth",
+    "written_turn",
+    "mirrored_written_turn",
+    "handedness",
+    "absent",
+)
+
+
 class ParameterRole(NamedTuple):
     """What a parameter is, by which symmetry acts on it.
 
@@ -51,7 +62,9 @@ class ParameterRole(NamedTuple):
         or "direction_distance" of a guide in the plane; "guide_elevation" and "guide_swing", or
         "axis_elevation" and "axis_swing", of a direction in space, and the "guide_azimuth" or
         "axis_azimuth" that it is given from;
-        "pulley_radius" of a cable; "gain" or "offset" of the sensor; "absent" where mixed legs have
+        "pulley_radius" of a cable; "coordinate" and "small_turn" of a declared transform, and its
+        "written_turn", each "mirrored_" where a mirror changes the sign, and the "handedness" of a
+        declared leg; "gain" or "offset" of the sensor; "absent" where mixed legs have
         the parameter and this one does not.
     """
 
@@ -61,7 +74,7 @@ class ParameterRole(NamedTuple):
     @property
     def is_constant(self) -> bool:
         """Whether it belongs to the description, or is absent, and is never estimated."""
-        return self.kind in ("guide_azimuth", "axis_azimuth", "absent")
+        return self.kind in _CONSTANTS
 
     @property
     def is_given(self) -> bool:
@@ -120,6 +133,11 @@ class ChainInfo:
         return {"planar": "rigid", "spatial": "rigid"}.get(self.pose_space, self.pose_space)
 
     @property
+    def declared(self) -> bool:
+        """Whether a file declares it joint by joint."""
+        return any(role.kind == "handedness" for role in self.parameter_roles.values())
+
+    @property
     def box(self) -> dict[str, str]:
         """The coordinates of a workspace's box, with their units: those that can be chosen."""
         units = list(POSE_SPACES[self.pose_space].units.items())
@@ -141,6 +159,8 @@ class ChainInfo:
     def defaults(self) -> Mapping[str, str]:
         """Parameters that may be left out, and the parameter whose value they then have."""
         constants = [name for name, role in self.parameter_roles.items() if role.is_constant]
+        if self.declared:  # whose file fills in what is drawn
+            return FrozenMapping({})
         return FrozenMapping(dict.fromkeys(constants, "base_azimuth"))
 
     def units_of_sensor(self, reading_unit: str) -> dict[str, str]:
@@ -176,7 +196,8 @@ def chain_info(chain: str, platform: Platform = "rigid") -> ChainInfo:
     joint_unit = "rad" if info.reads_angle else "m"
     roles = {each.name: ParameterRole(each.end.name, each.kind.name) for each in info.parameters}
     units = {each.name: "rad" if info.is_angular(each) else "m" for each in info.parameters}
-    units |= {name: "1" for name, role in roles.items() if role.kind == "gain"}
+    pure = ("gain", "handedness")
+    units |= {name: "1" for name, role in roles.items() if role.kind in pure}
     return ChainInfo(
         name=info.name,
         pose_space=info.pose_space,
@@ -227,6 +248,18 @@ class Leg:
         values = {str(name): _number(name, value) for name, value in self.parameters.items()}
         object.__setattr__(self, "parameters", FrozenMapping(values))
         object.__setattr__(self, "working_mode", int(self.working_mode))
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What a copy needs: of a declared chain the declaration, for another process."""
+        declared = declared_chain(self.chain)
+        return vars(self) | ({"declared": vars(declared)} if declared else {})
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """Take it."""
+        given = dict(state)
+        if "declared" in given:
+            declare_again(given.pop("declared"))
+        self.__dict__.update(given)
 
 
 def chains_in_words(legs: Sequence[Leg]) -> str:

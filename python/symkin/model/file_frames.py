@@ -411,8 +411,10 @@ def _place(points: Array, symmetric: Array | None = None) -> Array:
 def anchor(info: ChainInfo, end: str) -> str:
     """Whether an end of a chain is a "point", a guide's "line" or its "direction" alone.
 
-    Or an "axis" through the centre.
+    Or an "axis" through the centre. A declared end is none of these.
     """
+    if info.declared:
+        return "none"
     kinds = {role.kind for role in info.parameter_roles.values() if role.end == end}
     if "radius" in kinds:
         return "point"

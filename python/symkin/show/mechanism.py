@@ -26,6 +26,7 @@ from symkin.analysis.workspace import (
 )
 from symkin.errors import named_legs
 from symkin.model.chains import legs_in_words
+from symkin.model.declared import declared_chain
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import transforms
 from symkin.model.symmetry import SymmetryGroup
@@ -160,6 +161,8 @@ def _parameter_row(mechanism: Mechanism, index: int) -> list[str]:
 
 def held_parameters(mechanism: Mechanism) -> list[str]:
     """Say which parameters are held since others do the same; nothing if none is."""
+    if any(mechanism.leg_info(leg).declared for leg in range(len(mechanism.legs))):
+        return _held_of_declared(mechanism)
     legs: dict[tuple[tuple[str, ...], str], list[int]] = {}
     for leg, names in enumerate(mechanism.held):
         guided = "guide_elevation" in mechanism.legs[leg].parameters
@@ -172,6 +175,30 @@ def held_parameters(mechanism: Mechanism) -> list[str]:
         for (names, reason), which in legs.items()
         if names
     ]
+
+
+def _held_of_declared(mechanism: Mechanism) -> list[str]:
+    """Which numbers of declared legs are held by their structure, and which by the file."""
+    exact: dict[tuple[str, ...], list[int]] = {}
+    redundant: dict[tuple[str, ...], list[int]] = {}
+    for leg, names in enumerate(mechanism.held):
+        declared = declared_chain(mechanism.chains[leg])
+        said = declared.exact if declared else []
+        for found, legs in ((True, exact), (False, redundant)):
+            own = tuple(name for name in names if (name in said) == found)
+            if own:
+                legs.setdefault(own, []).append(leg)
+    sentences = []
+    for legs, why in ((redundant, "redundant by structure"), (exact, "called exact by the file")):
+        for names, which in legs.items():
+            of_legs = "" if len(which) == len(mechanism.legs) else f" of {named_legs(which)}"
+            sentences.append(f"Held as drawn: {', '.join(names)}{of_legs}; {why}.")
+    if redundant:
+        sentences.append(
+            "What is redundant by structure shows nothing at the drawn geometry that the others do "
+            "not show; errors within the tolerances make it visible in second order at most."
+        )
+    return sentences
 
 
 def _drawing(

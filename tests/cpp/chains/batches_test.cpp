@@ -33,9 +33,9 @@
 namespace symkin::testing {
 namespace {
 
-class PlainModel final : public ChainModel {
+class PlainModel final : public KernelModel {
  public:
-  PlainModel(ChainInfo info, const LegKernels& kernels) : ChainModel(std::move(info), kernels) {}
+  PlainModel(ChainInfo info, const LegKernels& kernels) : KernelModel(std::move(info), kernels) {}
 
   void reading_differences(ConstVector, ConstVector, ConstVector,
                            Eigen::Ref<Vector>) const override {}

@@ -172,7 +172,7 @@ class EveryChain : public ::testing::TestWithParam<Chain> {
     const auto either_sign = [&](double value) { return random.uniform() < 0.5 ? -value : value; };
     Vector parameters(model().parameter_count());
     for (Index i = 0; i < parameters.size(); ++i) {
-      const auto& [name, role] = info().parameters[static_cast<std::size_t>(i)];
+      const auto& [name, role, held] = info().parameters[static_cast<std::size_t>(i)];
       if (name == "proximal_length" || name == "proximal_arc") {
         parameters[i] = between(1.0, 1.6);
       } else if (name == "distal_length" || name == "distal_arc") {

@@ -103,7 +103,7 @@ TEST(Registry, GivesEveryEndOfEveryChainItsOwnRolesOnce) {
     for (const std::string& name : chain_names(platform)) {
       const ChainInfo& info = leg_model(name, platform).info();
       for (std::size_t i = 0; i < info.parameters.size(); ++i) {
-        const auto& [parameter, role] = info.parameters[i];
+        const auto& [parameter, role, held] = info.parameters[i];
         const auto begins = [&](std::string_view with) {
           return parameter.substr(0, with.size()) == with;
         };

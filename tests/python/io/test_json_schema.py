@@ -4,6 +4,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -91,3 +92,20 @@ def test_a_leg_requires_exactly_the_parameters_of_its_chain(schema: Any) -> None
 
 def test_the_schema_has_no_null_since_toml_has_none(schema: Any) -> None:
     assert '"null"' not in json.dumps(schema, allow_nan=False)
+
+
+def test_a_file_that_declares_its_legs_has_an_alternative(schema: Any) -> None:
+    known = [each["properties"] for each in schema["anyOf"] if "chains" in each["properties"]]
+    folder = Path(__file__).parents[3] / "mechanisms" / "declared"
+    for path in folder.glob("*.toml"):
+        values = read_toml(path).values
+        platform = values.get("platform", "rigid")
+        assert any(
+            set(values) <= set(each)
+            and each["platform"]["const"] == platform
+            and set(values["workspace"]) <= set(each["workspace"]["properties"])
+            for each in known
+        )
+        for chain in values["chains"].values():
+            of_chain = known[0]["chains"]["additionalProperties"]["properties"]
+            assert set(chain) <= set(of_chain)

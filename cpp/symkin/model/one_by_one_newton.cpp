@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "symkin/kinematics/detail/mixed_newton.hpp"
+#include "symkin/model/one_by_one_newton.hpp"
 
 #include <algorithm>
 #include <array>
@@ -7,6 +7,7 @@
 
 #include "symkin/model/newton.hpp"
 #include "symkin/model/pose.hpp"
+#include "symkin/model/pose_space.hpp"
 #include "symkin/support/interrupt.hpp"
 
 namespace symkin {
@@ -14,8 +15,8 @@ namespace {
 
 // Legs of any chains as Newton's method takes them (see detail::Newton). Signs of dh/dq are told by
 // those of dh/dpsi: a sensor's gain has the same at the start and at the end.
-template <typename PoseType>
-class MixedLegs {
+template <typename PoseType, std::size_t Closures>
+class OneByOne {
   using Rows = detail::LaneRows<double>;
   using Coordinates = std::array<double, PoseType::kCoordinates>;
   using Tangent = Jet<double, PoseType::kDof>;
@@ -27,13 +28,12 @@ class MixedLegs {
   };
 
  public:
-  using Source = const Mechanism&;
+  using Source = const LegsOneByOne&;
   using Scalar = double;
   using Pose = PoseType;
-  static constexpr std::size_t kClosures = 1;
+  static constexpr std::size_t kClosures = Closures;
 
-  explicit MixedLegs(const Mechanism& mechanism)
-      : mechanism_(mechanism), legs_(mechanism.legs().size()) {}
+  explicit OneByOne(const LegsOneByOne& legs) : source_(legs), legs_(legs.models.size()) {}
 
   std::size_t size() const { return legs_.size(); }
 
@@ -49,11 +49,17 @@ class MixedLegs {
 
   const Coordinates& variable(const Coordinates& coordinates) const { return coordinates; }
 
-  std::array<Tangent, 1> closures(std::size_t leg, const Coordinates& pose, bool at_start) const {
+  std::array<Tangent, kClosures> closures(std::size_t leg, const Coordinates& pose,
+                                          bool at_start) const {
     const LegState& state = legs_[leg];
     const ClosureRows& rows =
         linearised(leg, pose, at_start ? state.reading_at_start : state.reading);
-    return {Tangent(rows.closure[0], rows.by_pose.row(0).transpose())};
+    std::array<Tangent, kClosures> all;
+    for (std::size_t i = 0; i < kClosures; ++i) {
+      const auto row = static_cast<Index>(i);
+      all[i] = Tangent(rows.closure[row], rows.by_pose.row(row).transpose());
+    }
+    return all;
   }
 
   bool same_sides(const Coordinates& coordinates) const {
@@ -82,12 +88,14 @@ class MixedLegs {
  private:
   using Row = Eigen::Map<const RowMatrix>;
 
-  const LegModel& model(std::size_t leg) const { return mechanism_.model(static_cast<Index>(leg)); }
-  const Vector& parameters(std::size_t leg) const { return mechanism_.legs()[leg].parameters; }
+  const LegModel& model(std::size_t leg) const { return *source_.models[leg]; }
+  Eigen::Map<const Vector> parameters(std::size_t leg) const {
+    return {source_.values[leg].parameters, model(leg).parameter_count()};
+  }
 
   double root(std::size_t leg, const Coordinates& pose) const {
     Vector reading(1);
-    model(leg).inverse_kinematics(parameters(leg), mechanism_.legs()[leg].working_mode,
+    model(leg).inverse_kinematics(parameters(leg), source_.values[leg].working_mode,
                                   Row(pose.data(), 1, Pose::kCoordinates), reading);
     return reading[0];
   }
@@ -98,42 +106,49 @@ class MixedLegs {
     return rows_;
   }
 
-  const Mechanism& mechanism_;
+  const LegsOneByOne& source_;
   std::vector<LegState> legs_;
   mutable ClosureRows rows_;  // of one leg at one pose, its room kept
 };
 
-template <typename Pose>
-using MixedNewton = detail::Newton<MixedLegs<Pose>>;
+template <typename Pose, std::size_t Closures = 1>
+using NewtonOneByOne = detail::Newton<OneByOne<Pose, Closures>>;
 
-auto newton_of(PoseSpace space) {
-  switch (space) {
+using Forward = decltype(&NewtonOneByOne<PlanarPose<double>>::forward);
+
+// Legs that bind a platform carry one in space.
+Forward newton_of(const ChainInfo& chain) {
+  switch (chain.pose_space) {
     case PoseSpace::planar:
-      return MixedNewton<PlanarPose<double>>::forward;
+      return NewtonOneByOne<PlanarPose<double>>::forward;
     case PoseSpace::point:
-      return MixedNewton<PointPose<double>>::forward;
+      return NewtonOneByOne<PointPose<double>>::forward;
     case PoseSpace::translating:
-      return MixedNewton<TranslatingPose<double>>::forward;
+      return NewtonOneByOne<TranslatingPose<double>>::forward;
     case PoseSpace::spherical:
-      return MixedNewton<SphericalPose<double>>::forward;
-    default:
-      return MixedNewton<SpatialPose<double>>::forward;
+      return NewtonOneByOne<SphericalPose<double>>::forward;
+    case PoseSpace::spatial:
+      break;
   }
+  return chain.closures == 1   ? NewtonOneByOne<SpatialPose<double>>::forward
+         : chain.closures == 2 ? NewtonOneByOne<SpatialPose<double>, 2>::forward
+                               : NewtonOneByOne<SpatialPose<double>, 3>::forward;
 }
 
 }  // namespace
 
-void mixed_forward_kinematics(const Mechanism& mechanism, const RowMatrix& readings,
-                              ConstRows start, const ForwardKinematicsOptions& options,
-                              RowMatrix& poses, std::vector<ForwardStatus>& status) {
+void forward_kinematics(const LegsOneByOne& legs, const RowMatrix& readings, ConstRows start,
+                        const ForwardKinematicsOptions& options, RowMatrix& poses,
+                        std::vector<ForwardStatus>& status) {
   constexpr Index kBlock = 256;  // between two looks for an interrupt
-  poses.resize(readings.rows(), coordinate_count(mechanism.pose_space()));
+  const ChainInfo& chain = legs.models.front()->info();
+  poses.resize(readings.rows(), coordinate_count(chain.pose_space));
   status.resize(static_cast<std::size_t>(readings.rows()));
   const Index stride = start.rows() == 1 ? 0 : start.outerStride();
-  const auto forward = newton_of(mechanism.pose_space());
+  const Forward forward = newton_of(chain);
   for (Index first = 0; first < readings.rows(); first += kBlock) {
     check_interrupt();
-    forward(mechanism,
+    forward(legs,
             {start.data() + first * stride, stride, std::min(kBlock, readings.rows() - first)},
             readings.row(first).data(), options, poses.row(first).data(),
             &status[static_cast<std::size_t>(first)]);

@@ -1,0 +1,308 @@
+// SPDX-License-Identifier: MIT
+#include "symkin/chains/declared/assembly.hpp"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <string>
+
+#include "symkin/model/impossible_leg.hpp"
+
+namespace symkin::declared {
+namespace {
+
+using Eigen::Vector3d;
+using PivotedQr = Eigen::ColPivHouseholderQR<Columns>;
+
+constexpr double kNothing = 1e-7;  // of the largest pivot: no direction of its own
+constexpr double kClosed = 1e-9;   // m and rad
+
+int rank_of(const Columns& columns) {
+  if (columns.cols() == 0) {
+    return 0;
+  }
+  PivotedQr qr(columns);
+  qr.setThreshold(kNothing);
+  return static_cast<int>(qr.rank());
+}
+
+// The columns that stand for all, ascending.
+std::vector<int> basis_of(const Columns& columns, int rank) {
+  std::vector<int> basis;
+  if (rank > 0) {
+    const PivotedQr qr(columns);
+    for (int i = 0; i < rank; ++i) {
+      basis.push_back(static_cast<int>(qr.colsPermutation().indices()[i]));
+    }
+  }
+  std::sort(basis.begin(), basis.end());
+  return basis;
+}
+
+// Mirrored in the plane of x and z of its frame, a turn about y and a slide along x or z stay.
+double mirror_sign(const Joint& joint) {
+  const bool along_y = std::abs(joint.axis.y()) > 0.5;
+  return along_y == (joint.kind == JointKind::turn) ? 1 : -1;
+}
+
+// By how much a mirror scales the volume that twists span where this is compared.
+double mirrored_volume(Compares compares) {
+  return compares == Compares::pose || compares == Compares::point ||
+                 compares == Compares::planar_point
+             ? -1
+             : 1;
+}
+
+Pose between(const Pose& from, const Pose& to, double share) {
+  const Eigen::Quaterniond start(from.rotation), end(to.rotation);
+  return {start.slerp(share, end).toRotationMatrix(),
+          (1 - share) * from.position + share * to.position};
+}
+
+}  // namespace
+
+Assembly::Assembly(const Description& leg, const Home& home)
+    : loops_(leg), home_(home), home_joints_(home.joints) {
+  const std::vector<int>& own = loops_.own();
+  mirror_signs_.resize(static_cast<Index>(own.size()));
+  for (std::size_t i = 0; i < own.size(); ++i) {
+    const Joint& joint = leg.joints[static_cast<std::size_t>(own[i])];
+    (joint.read ? read_ : passive_).push_back(static_cast<int>(i));
+    all_.push_back(static_cast<int>(i));
+    mirror_signs_[static_cast<Index>(i)] = mirror_sign(joint);
+  }
+  for (const Joint& joint : leg.joints) {
+    if (joint.follows != Joint::kOwn) {
+      const double followed = joint.follows >= 0
+                                  ? mirror_sign(leg.joints[static_cast<std::size_t>(joint.follows)])
+                                  : -1;
+      const double sign = mirror_sign(joint);
+      can_be_mirrored_ = can_be_mirrored_ && sign == followed && (sign > 0 || joint.offset == 0);
+    }
+  }
+  loops_.walk(home.pose, home.joints);
+  const Columns columns = loops_.columns();
+  const Columns of_passive = columns(kAll, passive_);
+  passive_rank_ = rank_of(of_passive);
+  whole_rank_ = rank_of(columns);
+  basis_ = basis_of(of_passive, passive_rank_);
+  closures_ = loops_.equations() - passive_rank_;
+  if (closures_ < 1) {
+    throw InvalidInput("a leg whose passive joints have " + std::to_string(passive_rank_) +
+                       " freedoms binds nothing of its " + std::to_string(loops_.equations()) +
+                       " equations");
+  }
+  if (whole_rank_ - passive_rank_ < static_cast<int>(read_.size())) {
+    throw InvalidInput(
+        "a passive joint does at home what a read one does: the leg is singular "
+        "there, or the sensor shows nothing");
+  }
+  if (read_.size() == 1) {
+    home_side_ = drawn_side_ = by_first_reading(reciprocal());
+    mirrored_side_ = mirror_signs_[read_.front()] * drawn_side_;
+    for (const int each : basis_) {
+      mirrored_side_ *= mirror_signs_[passive_[static_cast<std::size_t>(each)]];
+    }
+    for (const Loop& loop : leg.loops) {
+      mirrored_side_ *= mirrored_volume(loop.compares);
+    }
+  }
+}
+
+void Assembly::set_leg(const std::vector<TransformValues>& transforms, bool mirrored) {
+  if (mirrored && !can_be_mirrored_) {
+    throw ImpossibleLeg(
+        "a joint that follows another one stays in a mirror where that one turns round, so the "
+        "declared leg has no mirror image; expected working_mode = 1");
+  }
+  loops_.set_transforms(transforms);
+  home_side_ = mirrored ? mirrored_side_ : drawn_side_;
+  home_joints_ = mirrored ? Joints(home_.joints.cwiseProduct(mirror_signs_)) : home_.joints;
+}
+
+// Newton's method, or Gauss's where the equations are more; joints that only spin stay.
+bool Assembly::newton(const Pose& pose, const std::vector<int>& moving, int rank, Joints& joints) {
+  constexpr int kMost = 30;
+  constexpr double kLongest = 0.5;  // m and rad
+  constexpr double kShort = 1e-9;
+  for (int i = 0; i < kMost; ++i) {
+    loops_.walk(pose, joints);
+    if (moving.empty()) {
+      return true;
+    }
+    const Columns columns = loops_.columns()(kAll, moving);
+    const PivotedQr qr(columns);
+    Equations rotated = loops_.residual();
+    rotated.applyOnTheLeft(qr.householderQ().adjoint());
+    const Joints basic = qr.matrixR()
+                             .topLeftCorner(rank, rank)
+                             .triangularView<Eigen::Upper>()
+                             .solve(rotated.head(rank));
+    const double largest = rank > 0 ? basic.cwiseAbs().maxCoeff() : 0;
+    if (!std::isfinite(largest)) {
+      return false;
+    }
+    const double share = largest > kLongest ? kLongest / largest : 1;
+    for (int k = 0; k < rank; ++k) {
+      const auto column = static_cast<std::size_t>(qr.colsPermutation().indices()[k]);
+      joints[moving[column]] -= share * basic[k];
+    }
+    if (largest < kShort) {
+      loops_.walk(pose, joints);
+      return true;
+    }
+  }
+  return false;
+}
+
+bool Assembly::on_branch() const {
+  return loops_.on_this_side_of_half_a_turn() &&
+         (read_.size() != 1 || closures_ != 1 || (side() > 0) == (home_side_ > 0));
+}
+
+// Of the reading's slope in an only closure, with its sign.
+double Assembly::side() const {
+  const Columns columns = loops_.columns();
+  Columns square(loops_.equations(), loops_.equations());
+  for (int i = 0; i < passive_rank_; ++i) {
+    square.col(i) =
+        columns.col(passive_[static_cast<std::size_t>(basis_[static_cast<std::size_t>(i)])]);
+  }
+  square.rightCols<1>() = columns.col(read_.front());
+  return square.determinant();
+}
+
+bool Assembly::near_home(const Pose& pose, Joints& joints) {
+  const bool exact = whole_rank_ == loops_.equations();
+  return newton(pose, all_, whole_rank_, joints) && on_branch() &&
+         (!exact || loops_.residual().cwiseAbs().maxCoeff() < kClosed);
+}
+
+bool Assembly::close(const Pose& pose, Joints& joints) {
+  joints = home_joints_;
+  return near_home(pose, joints) || follow(pose, joints);
+}
+
+// From home by steps as short as they must be.
+bool Assembly::follow(const Pose& pose, Joints& joints) {
+  constexpr double kShortest = 1.0 / 64;
+  joints = home_joints_;
+  double done = 0;
+  double step = 0.25;
+  while (done < 1) {
+    const double next = std::min(1.0, done + step);
+    Joints trial = joints;
+    if (near_home(between(home_.pose, pose, next), trial) &&
+        (trial - joints).cwiseAbs().maxCoeff() < 1) {
+      joints = trial;
+      done = next;
+    } else if ((step /= 2) < kShortest) {
+      return false;
+    }
+  }
+  return true;
+}
+
+bool Assembly::close_around_readings(const Pose& pose, Joints& joints) {
+  Joints from_home = home_joints_;
+  for (const int each : read_) {
+    from_home[each] = joints[each];
+  }
+  const Joints given = from_home;
+  if (newton(pose, passive_, passive_rank_, from_home) && on_branch()) {
+    joints = from_home;
+    return true;
+  }
+  Joints around;
+  if (close(pose, around)) {
+    for (const int each : read_) {
+      around[each] = given[each];
+    }
+    if (newton(pose, passive_, passive_rank_, around)) {
+      joints = around;
+      return true;
+    }
+  }
+  joints = from_home;
+  loops_.walk(pose, joints);
+  return false;
+}
+
+// The square of the first closure's slope falls with the distance from where it vanishes.
+double Assembly::reach_margin(const Pose& pose, const std::vector<int>& tangent) {
+  constexpr double kStep = 1e-6;  // m or rad
+  constexpr double kFlat = 1e-8;
+  Joints joints;
+  if (!close(pose, joints)) {
+    joints = home_joints_;
+    newton(pose, all_, whole_rank_, joints);
+    const double missed = loops_.residual().norm();
+    return std::isfinite(missed) ? -std::max(missed, kClosed) : -1;
+  }
+  const auto square_at = [&](const Pose& there) {
+    Joints moved = joints;
+    newton(there, all_, whole_rank_, moved);
+    const double slope = by_first_reading(reciprocal());
+    return slope * slope;
+  };
+  const double square = square_at(pose);
+  const bool turns = tangent.front() > 2;  // a pose without a position
+  Vector3d gradient = Vector3d::Zero();
+  for (const int coordinate : tangent) {
+    if (turns == (coordinate > 2)) {
+      Pose there = pose;
+      if (turns) {
+        there.rotation = Eigen::AngleAxisd(kStep, Vector3d::Unit(coordinate - 3)) * pose.rotation;
+      } else {
+        there.position[coordinate] += kStep;
+      }
+      gradient[coordinate % 3] = (square_at(there) - square) / kStep;
+    }
+  }
+  const double slope = gradient.norm();
+  return slope > kFlat * square ? square / slope : std::numeric_limits<double>::infinity();
+}
+
+Columns Assembly::reciprocal() const {
+  const int equations = loops_.equations();
+  const Columns columns = loops_.columns();
+  Columns wrenches = Columns::Identity(equations, equations).rightCols(closures_);
+  if (passive_rank_ > 0) {
+    const Columns of_passive = columns(kAll, passive_);
+    wrenches.applyOnTheLeft(PivotedQr(of_passive).householderQ());
+  }
+  if (closures_ == 1) {
+    Columns square(equations, equations);
+    for (int i = 0; i < passive_rank_; ++i) {
+      square.col(i) =
+          columns.col(passive_[static_cast<std::size_t>(basis_[static_cast<std::size_t>(i)])]);
+    }
+    square.rightCols<1>() = wrenches;
+    if (square.determinant() < 0) {
+      wrenches = -wrenches;
+    }
+  } else if (!read_.empty()) {
+    // A reflection carries the work with the reading into the first closure.
+    Equations work = wrenches.transpose() * columns.col(read_.front());
+    const double size = work.norm();
+    if (size > 0) {
+      work[0] -= size;
+      const double square = work.squaredNorm();
+      if (square > 0) {
+        const Equations along = wrenches * work;
+        wrenches -= (2 / square) * along * work.transpose();
+      }
+    }
+  }
+  return wrenches;
+}
+
+double Assembly::by_first_reading(const Columns& reciprocal) const {
+  return reciprocal.col(0).dot(loops_.columns().col(read_.front()));
+}
+
+}  // namespace symkin::declared

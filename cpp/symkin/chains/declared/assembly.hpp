@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <vector>
+
+#include "symkin/chains/declared/loops.hpp"
+
+namespace symkin::declared {
+
+// A pose and the values there of the joints that stand by themselves: by these a leg's branch is
+// known, passive joints included.
+struct Home {
+  Pose pose;
+  Joints joints;
+};
+
+// A leg put together: its joints at a pose, and its closures there, which are the equations that no
+// passive joint can meet. How many these are is a matter of the drawing, and is fixed at home.
+class Assembly {
+ public:
+  // Throws InvalidInput where the drawn leg does not close at home, leaves no closure ("a leg with
+  // as many freedoms as equations binds nothing"), or a sensor shows nothing.
+  Assembly(const Description& leg, const Home& home);
+
+  // Another leg of the same kind; mirrored in the plane of x and z of each joint's frame or not.
+  // Ranks stay those of the drawing.
+  void set_leg(const std::vector<TransformValues>& transforms, bool mirrored);
+
+  int closures() const { return closures_; }
+  const Loops& loops() const { return loops_; }
+  const std::vector<int>& read() const { return read_; }  // among the joints by themselves
+  const Joints& home_joints() const { return home_joints_; }
+
+  // All joints by themselves at a pose, on the branch of home; false where there is none.
+  bool close(const Pose& pose, Joints& joints);
+  // The same with the read joints as they are given in `joints`: the others come as near to closing
+  // the leg as they can, which is always somewhere; false where it is not on the branch of home.
+  bool close_around_readings(const Pose& pose, Joints& joints);
+
+  // How far a pose is from the leg's next singularity, by moving along coordinates of a rigid body:
+  // exact in first order near it. Negative, about how far the leg misses, where it does not close;
+  // infinite where none is near.
+  double reach_margin(const Pose& pose, const std::vector<int>& tangent);
+
+  // Unit vectors, equations x closures, square to what passive joints do where the joints are now.
+  // One is oriented like the passive joints' columns; of several the first alone does work with the
+  // first reading.
+  Columns reciprocal() const;
+  // d/dreading of the first closure, with the sign of the side of the leg's singularity.
+  double by_first_reading(const Columns& reciprocal) const;
+
+ private:
+  bool newton(const Pose& pose, const std::vector<int>& moving, int rank, Joints& joints);
+  bool on_branch() const;
+  double side() const;
+  bool near_home(const Pose& pose, Joints& joints);
+  bool follow(const Pose& pose, Joints& joints);
+
+  Loops loops_;
+  Home home_;
+  Joints home_joints_, mirror_signs_;
+  bool can_be_mirrored_ = true;
+  std::vector<int> read_, passive_, all_, basis_;
+  int closures_ = 0, passive_rank_ = 0, whole_rank_ = 0;
+  double home_side_ = 1, drawn_side_ = 1, mirrored_side_ = 1;
+};
+
+}  // namespace symkin::declared

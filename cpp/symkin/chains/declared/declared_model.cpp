@@ -1,0 +1,317 @@
+// SPDX-License-Identifier: MIT
+#include "symkin/chains/declared/declared_model.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string_view>
+#include <utility>
+
+#include "symkin/model/one_by_one_newton.hpp"
+#include "symkin/model/pose.hpp"
+#include "symkin/model/sensor.hpp"
+#include "symkin/support/error.hpp"
+
+namespace symkin::declared {
+namespace {
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+// Coordinates of a pose space's tangent among those of a rigid body.
+std::vector<int> tangent_of(PoseSpace space) {
+  switch (space) {
+    case PoseSpace::planar:
+      return {0, 1, 5};
+    case PoseSpace::point:
+      return {0, 1};
+    case PoseSpace::translating:
+      return {0, 1, 2};
+    case PoseSpace::spherical:
+      return {3, 4, 5};
+    case PoseSpace::spatial:
+      break;
+  }
+  return {0, 1, 2, 3, 4, 5};
+}
+
+const Joint& read_joint(const Description& leg) {
+  const auto read = [](const Joint& joint) { return joint.read; };
+  const auto count = std::count_if(leg.joints.begin(), leg.joints.end(), read);
+  if (count != 1) {
+    throw InvalidInput("a declared leg has " + std::to_string(count) +
+                       " joints in brackets; expected one, since a leg has one reading");
+  }
+  return *std::find_if(leg.joints.begin(), leg.joints.end(), read);
+}
+
+ActiveJoint active_joint(const Description& leg) {
+  const Joint& joint = read_joint(leg);
+  const bool along_y = std::abs(joint.axis.y()) > 0.5;
+  if (joint.kind == JointKind::turn) {
+    return along_y ? ActiveJoint::joint_turn : ActiveJoint::mirrored_joint_turn;
+  }
+  return along_y ? ActiveJoint::mirrored_joint_travel : ActiveJoint::joint_travel;
+}
+
+ChainInfo info_of(const Declaration& declaration, int closures) {
+  const std::string& name = declaration.name;
+  ChainInfo info{name,
+                 declaration.pose_space,
+                 {},
+                 active_joint(declaration.leg),
+                 closures,
+                 false,
+                 "without meaning: the joints at home say how the leg stands",
+                 declaration.free};
+  if (closures > 1 && declaration.pose_space != PoseSpace::spatial) {
+    throw InvalidInput("chain " + name + " has " + std::to_string(closures) +
+                       " equations for one reading, which bind the platform; expected a platform "
+                       "in space");
+  }
+  if (closures > 3) {
+    throw InvalidInput("chain " + name + " has " + std::to_string(closures) +
+                       " equations for one reading; expected at most 3");
+  }
+  return info;
+}
+
+class DeclaredModel final : public ChainModel {
+ public:
+  // What is declared stays where it is: info and assembly look at it.
+  DeclaredModel(std::shared_ptr<const Declaration> declaration, const Assembly& assembly)
+      : ChainModel(with_parameters(*declaration, info_of(*declaration, assembly.closures()))),
+        declaration_(std::move(declaration)),
+        assembly_(assembly),
+        tangent_(tangent_of(declaration_->pose_space)),
+        read_(assembly.read().front()) {
+    find_places();
+  }
+
+  void inverse_kinematics(ConstVector parameters, int /*working_mode*/, ConstRows poses,
+                          Eigen::Ref<Vector> readings) const override {
+    Assembly leg = at(parameters);
+    Joints joints;
+    for (Index i = 0; i < poses.rows(); ++i) {
+      readings[i] = leg.close(pose(poses, i), joints)
+                        ? sensor(parameters).reading(joints[read_], is_turn())
+                        : kNone;
+    }
+  }
+
+  void reach_margin(ConstVector parameters, ConstRows poses,
+                    Eigen::Ref<Vector> margins) const override {
+    Assembly leg = at(parameters);
+    for (Index i = 0; i < poses.rows(); ++i) {
+      margins[i] = leg.reach_margin(pose(poses, i), tangent_);
+    }
+  }
+
+  void linearise(ConstVector parameters, ConstRows poses, ConstVector readings,
+                 ClosureRows& rows) const override {
+    const auto count = static_cast<Index>(declaration_->leg.scalars.size());
+    rows.by_parameters.setZero(poses.rows() * info().closures, parameter_count());
+    const LinearSensor sensor = this->sensor(parameters);
+    each_closure(parameters, poses, readings, rows, [&](Index row, double reading, const Work& w) {
+      auto slopes = rows.by_parameters.row(row);
+      slopes.head(count) = Eigen::Map<const Vector>(w.scalars.data(), count).transpose();
+      const auto of_sensor = sensor.by_parameters(reading);
+      slopes[count + 1] = w.joints[read_] * of_sensor[0];
+      slopes[count + 2] = w.joints[read_] * of_sensor[1];
+    });
+  }
+
+  void linearise_pose(ConstVector parameters, ConstRows poses, ConstVector readings,
+                      ClosureRows& rows) const override {
+    each_closure(parameters, poses, readings, rows, [](Index, double, const Work&) {});
+  }
+
+  void reading_differences(ConstVector parameters, ConstVector readings, ConstVector others,
+                           Eigen::Ref<Vector> differences) const override {
+    for (Index i = 0; i < readings.size(); ++i) {
+      differences[i] = sensor(parameters).difference(readings[i], others[i], is_turn());
+    }
+  }
+
+  double sensor_gain(ConstVector parameters, double /*reading*/) const override {
+    return sensor(parameters).gain;
+  }
+
+  RowMatrix joint_centres(ConstVector parameters, ConstVector pose, double reading) const override {
+    Assembly leg = at(parameters);
+    Joints joints = leg.home_joints();
+    joints[read_] = sensor(parameters).active_joint(reading);
+    leg.close_around_readings(pose_of(info().pose_space, pose.data()), joints);
+    const auto all = leg.loops().places(info().pose_space == PoseSpace::spherical);
+    const Index size = planar() ? 2 : 3;
+    RowMatrix centres(static_cast<Index>(places_.size()), size);
+    for (std::size_t i = 0; i < places_.size(); ++i) {
+      centres.row(static_cast<Index>(i)) = all[places_[i]].head(size).transpose();
+    }
+    return centres;
+  }
+
+  RowMatrix inverse_kinematics(const Legs& legs, ConstRows poses) const override {
+    RowMatrix readings(poses.rows(), static_cast<Index>(legs.size()));
+    Vector of_leg(poses.rows());
+    for (std::size_t i = 0; i < legs.size(); ++i) {
+      inverse_kinematics(parameters_of(legs[i]), 1, poses, of_leg);
+      readings.col(static_cast<Index>(i)) = of_leg;
+    }
+    return readings;
+  }
+
+  RowMatrix reach_margin(const Legs& legs, ConstRows poses) const override {
+    RowMatrix margins(poses.rows(), static_cast<Index>(legs.size()));
+    Vector of_leg(poses.rows());
+    for (std::size_t i = 0; i < legs.size(); ++i) {
+      reach_margin(parameters_of(legs[i]), poses, of_leg);
+      margins.col(static_cast<Index>(i)) = of_leg;
+    }
+    return margins;
+  }
+
+  PoseDerivatives linearise_pose(const Legs& legs, ConstRows poses,
+                                 const RowMatrix& readings) const override {
+    const auto closures = static_cast<Index>(info().closures);
+    const auto dof = static_cast<Index>(tangent_.size());
+    const auto columns = static_cast<Index>(legs.size()) * closures;
+    PoseDerivatives all;
+    all.closure.resize(poses.rows(), columns);
+    all.by_pose.resize(poses.rows(), columns * dof);
+    all.by_reading.resize(poses.rows(), columns);
+    ClosureRows rows;
+    for (Index leg = 0; leg < static_cast<Index>(legs.size()); ++leg) {
+      linearise_pose(parameters_of(legs[static_cast<std::size_t>(leg)]), poses, readings.col(leg),
+                     rows);
+      for (Index i = 0; i < poses.rows(); ++i) {
+        const auto own = Eigen::seqN(i * closures, closures);
+        const Index first = leg * closures;
+        all.closure.row(i).segment(first, closures) = rows.closure(own).transpose();
+        all.by_reading.row(i).segment(first, closures) = rows.by_reading(own).transpose();
+        all.by_pose.row(i).segment(first * dof, closures * dof) =
+            Eigen::Map<const RowMatrix>(rows.by_pose.row(i * closures).data(), 1, closures * dof);
+      }
+    }
+    return all;
+  }
+
+  void forward_kinematics(const Legs& legs, const RowMatrix& readings, ConstRows start,
+                          const ForwardKinematicsOptions& options, RowMatrix& poses,
+                          std::vector<ForwardStatus>& status) const override {
+    symkin::forward_kinematics({std::vector<const LegModel*>(legs.size(), this), legs}, readings,
+                               start, options, poses, status);
+  }
+
+ private:
+  static ChainInfo with_parameters(const Declaration& declaration, ChainInfo info) {
+    for (const Scalar& scalar : declaration.leg.scalars) {
+      info.parameters.push_back({scalar.name, scalar.role, scalar.held});
+    }
+    info.parameters.push_back({"hand", {End::none, ParameterKind::handedness}});
+    info.parameters.insert(info.parameters.end(), LinearSensor::kParameterInfos.begin(),
+                           LinearSensor::kParameterInfos.end());
+    return info;
+  }
+
+  bool planar() const {
+    return info().pose_space == PoseSpace::planar || info().pose_space == PoseSpace::point;
+  }
+  bool is_turn() const { return is_angle(info().active_joint); }
+  Pose pose(ConstRows poses, Index row) const {
+    return pose_of(info().pose_space, poses.row(row).data());
+  }
+  LinearSensor sensor(ConstVector parameters) const {
+    return LinearSensor(parameters.data() + declaration_->leg.scalars.size() + 1);
+  }
+  Eigen::Map<const Vector> parameters_of(const LegValues& leg) const {
+    return {leg.parameters, parameter_count()};
+  }
+
+  Assembly at(ConstVector parameters) const {
+    std::vector<TransformValues> values = declaration_->leg.transforms;
+    const std::vector<Scalar>& scalars = declaration_->leg.scalars;
+    for (std::size_t i = 0; i < scalars.size(); ++i) {
+      values[static_cast<std::size_t>(scalars[i].transform)]
+            [static_cast<std::size_t>(scalars[i].slot)] = parameters[static_cast<Index>(i)];
+    }
+    Assembly leg = assembly_;
+    leg.set_leg(values, parameters[static_cast<Index>(scalars.size())] < 0);
+    return leg;
+  }
+
+  // Closures, and their derivatives by pose and reading; `visit` takes each row's work.
+  template <typename Visit>
+  void each_closure(ConstVector parameters, ConstRows poses, ConstVector readings,
+                    ClosureRows& rows, const Visit& visit) const {
+    const auto closures = static_cast<Index>(info().closures);
+    rows.closure.resize(poses.rows() * closures);
+    rows.by_pose.resize(rows.closure.size(), static_cast<Index>(tangent_.size()));
+    rows.by_reading.resize(rows.closure.size());
+    Assembly leg = at(parameters);
+    const LinearSensor sensor = this->sensor(parameters);
+    Joints joints = leg.home_joints();
+    Work work;
+    for (Index i = 0; i < poses.rows(); ++i) {
+      joints[read_] = sensor.active_joint(readings[i]);
+      leg.close_around_readings(pose(poses, i), joints);
+      const Columns wrenches = leg.reciprocal();
+      const Equations residual = leg.loops().residual();
+      for (Index c = 0; c < closures; ++c) {
+        const Index row = i * closures + c;
+        leg.loops().work(wrenches.col(c), work);
+        rows.closure[row] = wrenches.col(c).dot(residual);
+        rows.by_pose.row(row) = work.pose(tangent_).transpose();
+        rows.by_reading[row] = sensor.gain * work.joints[read_];
+        visit(row, readings[i], work);
+      }
+    }
+  }
+
+  // Of joints that stand in one place as drawn one is shown.
+  void find_places() {
+    constexpr double kApart = 1e-9;
+    Assembly leg = assembly_;
+    Joints joints = leg.home_joints();
+    leg.close_around_readings(pose_of(info().pose_space, declaration_->home_pose.data()), joints);
+    const auto all = leg.loops().places(info().pose_space == PoseSpace::spherical);
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      if (places_.empty() || (all[i] - all[places_.back()]).norm() > kApart) {
+        places_.push_back(i);
+      } else {
+        places_.back() = i;  // the platform's point rather than the joint that holds it
+      }
+    }
+  }
+
+  std::shared_ptr<const Declaration> declaration_;
+  Assembly assembly_;
+  std::vector<int> tangent_;
+  int read_;
+  std::vector<std::size_t> places_;
+};
+
+}  // namespace
+
+Pose pose_of(PoseSpace space, const double* row) {
+  Pose pose;
+  const Index size = position_size(space);
+  pose.position.head(size) = Eigen::Map<const Vector>(row, size);
+  if (space == PoseSpace::planar) {
+    const double cosine = std::cos(row[2]);
+    const double sine = std::sin(row[2]);
+    pose.rotation.topLeftCorner<2, 2>() << cosine, -sine, sine, cosine;
+  } else if (has_quaternion(space)) {
+    pose.rotation = rotation_matrix(row + size);
+  }
+  return pose;
+}
+
+std::unique_ptr<const ChainModel> declared_model(const Declaration& declaration) {
+  static_cast<void>(read_joint(declaration.leg));  // throws unless there is one
+  auto lasting = std::make_shared<const Declaration>(declaration);
+  const Assembly assembly(lasting->leg, {pose_of(lasting->pose_space, lasting->home_pose.data()),
+                                         lasting->home_joints});
+  return std::make_unique<DeclaredModel>(std::move(lasting), assembly);
+}
+
+}  // namespace symkin::declared

@@ -1,0 +1,174 @@
+// SPDX-License-Identifier: MIT
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <random>
+
+#include "symkin/chains/declared/declared_model.hpp"
+#include "symkin/model/mechanism.hpp"
+#include "symkin/support/error.hpp"
+
+namespace symkin::declared {
+namespace {
+
+constexpr double kClosedAtHome = 1e-10;  // m and rad
+
+// Newton's method with whatever rank the columns have on the way.
+bool solve(Loops& loops, const Pose& pose, Joints& joints) {
+  constexpr int kMost = 60;
+  constexpr double kLongest = 0.5;
+  for (int i = 0; i < kMost; ++i) {
+    loops.walk(pose, joints);
+    const Equations residual = loops.residual();
+    if (residual.cwiseAbs().maxCoeff() < kClosedAtHome) {
+      return loops.on_this_side_of_half_a_turn();
+    }
+    Eigen::ColPivHouseholderQR<Columns> qr(loops.columns());
+    qr.setThreshold(1e-7);
+    Joints step = qr.solve(residual);
+    const double largest = step.size() > 0 ? step.cwiseAbs().maxCoeff() : 0;
+    if (!(largest > 0) || !std::isfinite(largest)) {
+      return false;
+    }
+    joints -= std::min(1.0, kLongest / largest) * step;
+  }
+  return false;
+}
+
+// What is kept before what: link lengths, positions at the base and at the platform, turns there,
+// and what is zero of links.
+int rank_of(const Scalar& scalar, double drawn) {
+  const bool length = scalar.slot == Slot::x || scalar.slot == Slot::y || scalar.slot == Slot::z;
+  if (scalar.role.end == End::none) {
+    return length && drawn != 0 ? 0 : 5;
+  }
+  return (length ? 1 : 3) + (scalar.role.end == End::base ? 0 : 1);
+}
+
+// Poses near home at which the leg closes. A leg that binds the platform leaves it the coordinates
+// that can be chosen.
+std::vector<Vector> poses_near(const Declaration& declaration, const ChainModel& model,
+                               ConstVector parameters) {
+  constexpr int kPoses = 60;
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> share(-1, 1);
+  const PoseSpace space = declaration.pose_space;
+  const Index position = position_size(space);
+  double reach = 0;
+  for (const TransformValues& each : declaration.leg.transforms) {
+    reach = std::max({reach, std::abs(each[1]), std::abs(each[2]), std::abs(each[3])});
+  }
+  const std::vector<Index> free = free_coordinates(model.info());
+  std::vector<Vector> poses;
+  for (int i = 0; i < 20 * kPoses && static_cast<int>(poses.size()) < kPoses; ++i) {
+    Vector step = Vector::Zero(degrees_of_freedom(space));
+    for (const Index k : free) {
+      step[k] = share(random) * (k < position ? 0.15 * std::max(reach, 1e-3) : 0.25);
+    }
+    Vector pose = declaration.home_pose;
+    move_pose(space, step.data(), pose.data());
+    Vector reading(1);
+    const RowMatrix row = pose.transpose();
+    model.inverse_kinematics(parameters, 1, row, reading);
+    if (reading.allFinite()) {
+      poses.push_back(pose);
+    }
+  }
+  return poses;
+}
+
+}  // namespace
+
+Vector joints_at_home(const Description& leg, const Pose& pose, ConstVector start,
+                      const std::vector<bool>& known) {
+  constexpr int kTries = 200;
+  constexpr double kNear = 0.2;  // m and rad: what is given is rounded
+  Loops loops(leg);
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> angle(-3.14, 3.14);
+  for (int i = 0; i < kTries; ++i) {
+    Joints joints = start;
+    for (Index k = 0; i > 0 && k < joints.size(); ++k) {
+      const bool turns =
+          leg.joints[static_cast<std::size_t>(loops.own()[static_cast<std::size_t>(k)])].kind ==
+          JointKind::turn;
+      if (!known[static_cast<std::size_t>(k)]) {
+        joints[k] += turns ? angle(random) : angle(random) / 3;
+      }
+    }
+    if (!solve(loops, pose, joints)) {
+      continue;
+    }
+    bool near = true;
+    for (Index k = 0; k < joints.size(); ++k) {
+      near =
+          near && (!known[static_cast<std::size_t>(k)] || std::abs(joints[k] - start[k]) < kNear);
+      if (leg.joints[static_cast<std::size_t>(loops.own()[static_cast<std::size_t>(k)])].kind ==
+              JointKind::turn &&
+          !known[static_cast<std::size_t>(k)]) {
+        joints[k] = std::remainder(joints[k], 2 * kPi);
+      }
+    }
+    if (near) {
+      return joints;
+    }
+  }
+  throw InvalidInput("no joint values near those of home close the leg at the pose home");
+}
+
+std::vector<bool> redundant_scalars(const Declaration& declaration) {
+  constexpr double kAdds = 1e-9;  // of itself
+  const std::vector<Scalar>& scalars = declaration.leg.scalars;
+  Declaration plain = declaration;
+  const auto model = declared_model(plain);
+  Vector parameters(model->parameter_count());
+  for (std::size_t i = 0; i < scalars.size(); ++i) {
+    parameters[static_cast<Index>(i)] =
+        declaration.leg.transforms[static_cast<std::size_t>(scalars[i].transform)]
+                                  [static_cast<std::size_t>(scalars[i].slot)];
+  }
+  parameters.tail<3>() << 1, 1, 0;
+  const std::vector<Vector> near = poses_near(declaration, *model, parameters);
+  RowMatrix poses(static_cast<Index>(near.size()), declaration.home_pose.size());
+  for (std::size_t i = 0; i < near.size(); ++i) {
+    poses.row(static_cast<Index>(i)) = near[i].transpose();
+  }
+  Vector readings(poses.rows());
+  model->inverse_kinematics(parameters, 1, poses, readings);
+  ClosureRows rows;
+  model->linearise(parameters, poses, readings, rows);
+  std::vector<Index> order(scalars.size());
+  std::iota(order.begin(), order.end(), Index{0});
+  std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) {
+    return rank_of(scalars[static_cast<std::size_t>(a)], parameters[a]) <
+           rank_of(scalars[static_cast<std::size_t>(b)], parameters[b]);
+  });
+  // One after the other, sensor first, by what is left of it beside those before.
+  const Index first = static_cast<Index>(scalars.size());
+  order.insert(order.begin(), {first + 1, first + 2});
+  std::vector<Vector> kept;
+  std::vector<bool> held(scalars.size(), false);
+  for (const Index each : order) {
+    const bool of_sensor = each > first;
+    if (!of_sensor && (scalars[static_cast<std::size_t>(each)].held ||
+                       is_constant(scalars[static_cast<std::size_t>(each)].role.kind))) {
+      continue;
+    }
+    const Vector column = rows.by_parameters.col(each);
+    Vector left = column;
+    for (int twice = 0; twice < 2; ++twice) {
+      for (const Vector& other : kept) {
+        left -= other.dot(left) * other;
+      }
+    }
+    if (left.norm() > kAdds * column.norm() && column.norm() > 1e-12) {
+      kept.push_back(left.normalized());
+    } else if (!of_sensor) {
+      held[static_cast<std::size_t>(each)] = true;
+    }
+  }
+  return held;
+}
+
+}  // namespace symkin::declared

@@ -1,0 +1,359 @@
+// SPDX-License-Identifier: MIT
+#include "symkin/chains/declared/loops.hpp"
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <cstddef>
+
+#include "symkin/model/pose_space.hpp"
+#include "symkin/support/error.hpp"
+
+namespace symkin::declared {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+// By Rodrigues; Eigen's own takes a quaternion's way.
+Matrix3d turn_about(const Vector3d& axis, double angle) {
+  const double cosine = std::cos(angle);
+  const Vector3d s = std::sin(angle) * axis;
+  const Vector3d c = (1 - cosine) * axis;
+  Matrix3d turn;
+  turn << cosine + c.x() * axis.x(), c.x() * axis.y() - s.z(), c.x() * axis.z() + s.y(),
+      c.x() * axis.y() + s.z(), cosine + c.y() * axis.y(), c.y() * axis.z() - s.x(),
+      c.x() * axis.z() - s.y(), c.y() * axis.z() + s.x(), cosine + c.z() * axis.z();
+  return turn;
+}
+
+bool compares_rotation(Compares compares) {
+  return compares == Compares::pose || compares == Compares::rotation ||
+         compares == Compares::planar_pose;
+}
+
+// The numbers of position and rotation that a loop compares, as rows of the residual and back.
+template <typename Out>
+int put(Compares compares, const Vector3d& position, const Vector3d& rotation, Out&& out) {
+  switch (compares) {
+    case Compares::pose:
+      out << position, rotation;
+      return 6;
+    case Compares::point:
+      out << position;
+      return 3;
+    case Compares::rotation:
+      out << rotation;
+      return 3;
+    case Compares::planar_pose:
+      out << position.head<2>(), rotation.z();
+      return 3;
+    case Compares::planar_point:
+      out << position.head<2>();
+      return 2;
+    case Compares::distance:
+      break;
+  }
+  return 0;
+}
+
+struct Pair {
+  Vector3d position, rotation;
+};
+
+Pair taken(Compares compares, const double* rows) {
+  const Vector3d zero = Vector3d::Zero();
+  switch (compares) {
+    case Compares::pose:
+      return {Eigen::Map<const Vector3d>(rows), Eigen::Map<const Vector3d>(rows + 3)};
+    case Compares::point:
+      return {Eigen::Map<const Vector3d>(rows), zero};
+    case Compares::rotation:
+      return {zero, Eigen::Map<const Vector3d>(rows)};
+    case Compares::planar_pose:
+      return {{rows[0], rows[1], 0}, {0, 0, rows[2]}};
+    case Compares::planar_point:
+      return {{rows[0], rows[1], 0}, zero};
+    case Compares::distance:
+      break;
+  }
+  return {zero, zero};
+}
+
+bool moves_along(Slot slot) { return slot == Slot::x || slot == Slot::y || slot == Slot::z; }
+
+}  // namespace
+
+int equation_count(Compares compares) {
+  if (compares == Compares::distance) {
+    return 1;
+  }
+  Equations rows(compares == Compares::pose ? 6 : compares == Compares::planar_point ? 2 : 3);
+  return put(compares, Vector3d::Zero(), Vector3d::Zero(), rows);
+}
+
+TransformGeometry::TransformGeometry(const TransformValues& values) {
+  const auto value = [&](Slot slot) { return values[static_cast<std::size_t>(slot)]; };
+  const auto axis = [&](Slot slot) { return axes.col(static_cast<int>(slot)); };
+  const Vector3d X = Vector3d::UnitX(), Y = Vector3d::UnitY(), Z = Vector3d::UnitZ();
+  const Matrix3d first = turn_about(Z, value(Slot::azimuth));
+  translation = first * Vector3d(value(Slot::x), value(Slot::y), value(Slot::z));
+  axes.leftCols<4>() << Z, first;
+  const Matrix3d yawed = first * turn_about(Z, value(Slot::yaw));
+  const Matrix3d pitched = yawed * turn_about(Y, value(Slot::pitch));
+  axis(Slot::yaw) = first * Z;
+  axis(Slot::pitch) = yawed * Y;
+  axis(Slot::roll) = pitched * X;
+  const Vector3d small(value(Slot::rx), value(Slot::ry), value(Slot::rz));
+  const Matrix3d turned = pitched * turn_about(X, value(Slot::roll));
+  axes.rightCols<3>() = turned * left_jacobian(small);
+  const double angle = small.norm();
+  rotation = angle > 0 ? Matrix3d(turned * turn_about(small / angle, angle)) : turned;
+}
+
+Loops::Loops(const Description& leg) : leg_(&leg), own_(own_joints(leg)) {
+  column_.assign(leg.joints.size(), -1);
+  for (std::size_t i = 0; i < own_.size(); ++i) {
+    column_[static_cast<std::size_t>(own_[i])] = static_cast<int>(i);
+  }
+  for (std::size_t i = 0; i < leg.joints.size(); ++i) {
+    if (leg.joints[i].follows >= 0) {
+      column_[i] = column_[static_cast<std::size_t>(leg.joints[i].follows)];
+    }
+  }
+  for (const Loop& loop : leg.loops) {
+    equations_ += equation_count(loop.compares);
+  }
+  if (equations_ > kMostEquations || static_cast<int>(own_.size()) > kMostJoints) {
+    throw InvalidInput("a declared leg has " + std::to_string(equations_) + " equations and " +
+                       std::to_string(own_.size()) + " joints; expected at most " +
+                       std::to_string(kMostEquations) + " and " + std::to_string(kMostJoints));
+  }
+  scalars_of_.resize(leg.transforms.size());
+  for (std::size_t i = 0; i < leg.scalars.size(); ++i) {
+    scalars_of_[static_cast<std::size_t>(leg.scalars[i].transform)].push_back(static_cast<int>(i));
+  }
+  values_.resize(leg.joints.size());
+  walked_.resize(leg.loops.size());
+  set_transforms(leg.transforms);
+}
+
+void Loops::set_transforms(const std::vector<TransformValues>& values) {
+  transforms_.clear();
+  lengths_.clear();
+  for (const TransformValues& each : values) {
+    transforms_.emplace_back(each);
+    lengths_.push_back(each[static_cast<std::size_t>(Slot::x)]);
+  }
+}
+
+void Loops::walk(const std::vector<Step>& steps, const Pose& pose, Path& path) const {
+  path.frames.resize(steps.size());
+  Matrix3d rotation = Matrix3d::Identity();
+  Vector3d end = Vector3d::Zero();
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    Frame& frame = path.frames[i];
+    frame.rotation = rotation;
+    frame.start = end;
+    const auto index = static_cast<std::size_t>(steps[i].index);
+    switch (steps[i].kind) {
+      case Step::Kind::transform:
+        end += rotation * transforms_[index].translation;
+        rotation = rotation * transforms_[index].rotation;
+        break;
+      case Step::Kind::pose:
+        end += rotation * pose.position;
+        rotation = rotation * pose.rotation;
+        break;
+      case Step::Kind::joint: {
+        const Joint& joint = leg_->joints[index];
+        frame.axis = rotation * joint.axis;
+        if (joint.kind == JointKind::slide) {
+          end += values_[index] * frame.axis;
+        } else {
+          rotation = rotation * turn_about(joint.axis, values_[index]);
+        }
+        break;
+      }
+    }
+    frame.end = end;
+  }
+  path.rotation = rotation;
+  path.end = end;
+}
+
+void Loops::walk(const Pose& pose, const Joints& own_values) {
+  for (std::size_t i = 0; i < values_.size(); ++i) {
+    const Joint& joint = leg_->joints[i];
+    const double followed = joint.follows == Joint::kPoseYaw
+                                ? std::atan2(pose.rotation(1, 0), pose.rotation(0, 0))
+                                : own_values[column_[i]];
+    values_[i] = joint.follows == Joint::kOwn ? followed : joint.ratio * followed + joint.offset;
+  }
+  for (std::size_t i = 0; i < walked_.size(); ++i) {
+    const Loop& loop = leg_->loops[i];
+    Walked& walked = walked_[i];
+    walk(loop.left, pose, walked.left);
+    walk(loop.right, pose, walked.right);
+    const Matrix3d between = walked.left.rotation * walked.right.rotation.transpose();
+    walked.trace = between.trace();
+    walked.left_turns = (walked.trace * Matrix3d::Identity() - between) / 2;
+    walked.right_turns = walked.left_turns * between;
+    walked.apart = (walked.left.end - walked.right.end).normalized();
+  }
+}
+
+Equations Loops::residual() const {
+  Equations all(equations_);
+  int row = 0;
+  for (std::size_t i = 0; i < walked_.size(); ++i) {
+    const Walked& walked = walked_[i];
+    const Loop& loop = leg_->loops[i];
+    const Vector3d apart = walked.left.end - walked.right.end;
+    if (loop.compares == Compares::distance) {
+      all[row++] = apart.norm() - (loop.length_joint >= 0
+                                       ? values_[static_cast<std::size_t>(loop.length_joint)]
+                                       : lengths_[static_cast<std::size_t>(loop.length_transform)]);
+      continue;
+    }
+    const Matrix3d between = walked.left.rotation * walked.right.rotation.transpose();
+    const Vector3d skew = Vector3d(between(2, 1) - between(1, 2), between(0, 2) - between(2, 0),
+                                   between(1, 0) - between(0, 1)) /
+                          2;
+    row += put(loop.compares, apart, skew, all.segment(row, equation_count(loop.compares)));
+  }
+  return all;
+}
+
+Columns Loops::columns() const {
+  Columns all = Columns::Zero(equations_, static_cast<Index>(own_.size()));
+  int row = 0;
+  for (std::size_t i = 0; i < walked_.size(); ++i) {
+    const Walked& walked = walked_[i];
+    const Loop& loop = leg_->loops[i];
+    const int count = equation_count(loop.compares);
+    Equations twist(count);
+    for (const bool left : {true, false}) {
+      const Path& path = left ? walked.left : walked.right;
+      const std::vector<Step>& steps = left ? loop.left : loop.right;
+      const Matrix3d& turns = left ? walked.left_turns : walked.right_turns;
+      for (std::size_t k = 0; k < steps.size(); ++k) {
+        const auto index = static_cast<std::size_t>(steps[k].index);
+        if (steps[k].kind != Step::Kind::joint || column_[index] < 0) {
+          continue;
+        }
+        const Joint& joint = leg_->joints[index];
+        const Frame& frame = path.frames[k];
+        const bool slides = joint.kind == JointKind::slide;
+        const Vector3d move = slides ? frame.axis : frame.axis.cross(path.end - frame.start);
+        const Vector3d spin = slides ? Vector3d(Vector3d::Zero()) : Vector3d(turns * frame.axis);
+        if (loop.compares == Compares::distance) {
+          twist[0] = walked.apart.dot(move);
+        } else {
+          put(loop.compares, move, spin, twist);
+        }
+        const double ratio = joint.follows == Joint::kOwn ? 1 : joint.ratio;
+        all.col(column_[index]).segment(row, count) += (left ? ratio : -ratio) * twist;
+      }
+    }
+    if (loop.length_joint >= 0) {
+      all(row, column_[static_cast<std::size_t>(loop.length_joint)]) -= 1;
+    }
+    row += count;
+  }
+  return all;
+}
+
+void Loops::work(const Equations& closure, Work& work) const {
+  work.pose.setZero();
+  work.joints = Joints::Zero(static_cast<Index>(own_.size()));
+  work.scalars.assign(leg_->scalars.size(), 0);
+  int row = 0;
+  for (std::size_t i = 0; i < walked_.size(); ++i) {
+    const Walked& walked = walked_[i];
+    const Loop& loop = leg_->loops[i];
+    auto [force, moment] = taken(loop.compares, closure.data() + row);
+    if (loop.compares == Compares::distance) {
+      force = closure[row] * walked.apart;
+      if (loop.length_joint >= 0) {
+        work.joints[column_[static_cast<std::size_t>(loop.length_joint)]] -= closure[row];
+      } else {
+        for (const int scalar : scalars_of_[static_cast<std::size_t>(loop.length_transform)]) {
+          work.scalars[static_cast<std::size_t>(scalar)] -= closure[row];
+        }
+      }
+    }
+    work_of_path(loop.left, walked.left, force, walked.left_turns.transpose() * moment, work);
+    work_of_path(loop.right, walked.right, -force, -(walked.right_turns.transpose() * moment),
+                 work);
+    row += equation_count(loop.compares);
+  }
+}
+
+void Loops::work_of_path(const std::vector<Step>& steps, const Path& path, const Vector3d& force,
+                         const Vector3d& moment, Work& work) const {
+  const auto moment_at = [&](const Vector3d& point) -> Vector3d {
+    return moment + (path.end - point).cross(force);
+  };
+  for (std::size_t k = 0; k < steps.size(); ++k) {
+    const Frame& frame = path.frames[k];
+    const auto index = static_cast<std::size_t>(steps[k].index);
+    if (steps[k].kind == Step::Kind::joint) {
+      const Joint& joint = leg_->joints[index];
+      const double by_joint = joint.kind == JointKind::slide
+                                  ? frame.axis.dot(force)
+                                  : frame.axis.dot(moment_at(frame.start));
+      if (joint.follows == Joint::kPoseYaw) {
+        work.pose[5] += joint.ratio * by_joint;
+      } else {
+        work.joints[column_[index]] += (joint.follows == Joint::kOwn ? 1 : joint.ratio) * by_joint;
+      }
+      continue;
+    }
+    const Vector3d local_force = frame.rotation.transpose() * force;
+    const Vector3d at_end = frame.rotation.transpose() * moment_at(frame.end);
+    if (steps[k].kind == Step::Kind::pose) {
+      work.pose.head<3>() += local_force;
+      work.pose.tail<3>() += at_end;
+      continue;
+    }
+    const TransformGeometry& transform = transforms_[index];
+    for (const int each : scalars_of_[index]) {
+      const Slot slot = leg_->scalars[static_cast<std::size_t>(each)].slot;
+      const Vector3d& does = moves_along(slot) ? local_force : at_end;
+      double gained = transform.axes.col(static_cast<int>(slot)).dot(does);
+      if (slot == Slot::azimuth) {
+        gained = (frame.rotation.transpose() * moment_at(frame.start)).z();
+      }
+      work.scalars[static_cast<std::size_t>(each)] += gained;
+    }
+  }
+}
+
+bool Loops::on_this_side_of_half_a_turn() const {
+  constexpr double kAgrees = 2.9;  // trace of the rotation between both ends
+  for (std::size_t i = 0; i < walked_.size(); ++i) {
+    if (compares_rotation(leg_->loops[i].compares) && walked_[i].trace < kAgrees) {
+      return false;
+    }
+  }
+  return true;
+}
+
+std::vector<Vector3d> Loops::places(bool on_sphere) const {
+  std::vector<Vector3d> all;
+  const Loop& loop = leg_->loops.front();
+  const Walked& walked = walked_.front();
+  for (std::size_t k = 0; k < loop.left.size(); ++k) {
+    if (loop.left[k].kind == Step::Kind::joint) {
+      const Frame& frame = walked.left.frames[k];
+      all.push_back(on_sphere ? frame.axis : frame.start);
+    }
+  }
+  if (loop.compares == Compares::distance) {
+    all.push_back(walked.left.end);
+  }
+  all.push_back(on_sphere ? Vector3d(walked.right.rotation.col(2)) : walked.right.end);
+  return all;
+}
+
+}  // namespace symkin::declared

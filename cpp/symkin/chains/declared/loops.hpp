@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "symkin/chains/declared/description.hpp"
+
+namespace symkin::declared {
+
+inline constexpr int kMostEquations = 16;
+inline constexpr int kMostJoints = 16;
+
+// Small matrices in place.
+using Equations = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostEquations, 1>;
+using Joints = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostJoints, 1>;
+using Columns =
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostEquations, kMostJoints>;
+using Wrench = Eigen::Matrix<double, 6, 1>;
+
+struct Pose {
+  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();
+};
+
+// A fixed transform, with the axes along or about which its numbers move what follows, in the frame
+// before it.
+struct TransformGeometry {
+  explicit TransformGeometry(const TransformValues& values);
+
+  Eigen::Matrix3d rotation;
+  Eigen::Vector3d translation;
+  Eigen::Matrix<double, 3, kSlots> axes;
+};
+
+// How many numbers must agree.
+int equation_count(Compares compares);
+
+// Work of a wrench: what a closure gains by each number.
+struct Work {
+  Wrench pose;                  // platform's origin in base axes, then its rotation vector
+  Joints joints;                // that stand by themselves
+  std::vector<double> scalars;  // in the description's order
+};
+
+// The loops of a leg at a pose and at joint values: what they miss, twists of the joints, and the
+// work of wrenches. Frames are walked once; screws do the rest. Where a loop is not closed the
+// derivatives are exact too.
+class Loops {
+ public:
+  // Keeps the description. Throws InvalidInput where it is too large.
+  explicit Loops(const Description& leg);
+
+  void set_transforms(const std::vector<TransformValues>& values);
+  int equations() const { return equations_; }
+  const std::vector<int>& own() const { return own_; }
+
+  // Values of the joints that stand by themselves.
+  void walk(const Pose& pose, const Joints& own_values);
+
+  // In base axes: left end less right end, and half the skew part of R_left R_right'.
+  Equations residual() const;
+  Columns columns() const;  // dresidual/djoint, equations x own joints
+  void work(const Equations& closure, Work& work) const;
+  // Whether every rotation that must agree is far from half a turn off, where residuals vanish too.
+  bool on_this_side_of_half_a_turn() const;
+  // Where the joints along the left path of the first loop stand, then the end of the right one;
+  // or, of a leg that turns about a centre, where their axes and the end's z leave the unit sphere.
+  std::vector<Eigen::Vector3d> places(bool on_sphere) const;
+
+ private:
+  struct Frame {  // before and behind a step
+    Eigen::Matrix3d rotation;
+    Eigen::Vector3d start, end, axis;
+  };
+  struct Path {
+    std::vector<Frame> frames;
+    Eigen::Matrix3d rotation;
+    Eigen::Vector3d end;
+  };
+  struct Walked {
+    Path left, right;
+    Eigen::Matrix3d left_turns, right_turns;  // from a spin at the end to the residual
+    Eigen::Vector3d apart;                    // of the points, of length one, of a distance
+    double trace;
+  };
+
+  void walk(const std::vector<Step>& steps, const Pose& pose, Path& path) const;
+  void work_of_path(const std::vector<Step>& steps, const Path& path, const Eigen::Vector3d& force,
+                    const Eigen::Vector3d& moment, Work& work) const;
+
+  const Description* leg_;
+  std::vector<int> own_, column_;  // the joints by themselves; of each joint whose column it moves
+  std::vector<std::vector<int>> scalars_of_;  // of each transform
+  int equations_ = 0;
+  std::vector<TransformGeometry> transforms_;
+  std::vector<double> lengths_;  // of each transform its x
+  std::vector<double> values_;   // of all joints
+  std::vector<Walked> walked_;
+};
+
+}  // namespace symkin::declared

@@ -1,0 +1,257 @@
+# SPDX-License-Identifier: MIT
+"""Reading legs that a mechanism file declares joint by joint, ``[chains.NAME]``."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin import _core
+from symkin.errors import SymkinError, did_you_mean, one_of
+from symkin.files.declared_parts import LegBuilder, rotation_of, stays_in_plane, transform_matrix
+from symkin.model.declared import DeclaredChain, declare, declared_chain
+from symkin.model.poses import (
+    POSE_SPACES,
+    poses_from_bounds,
+    transforms,
+    vectors_from_rotations,
+)
+from symkin.storage.quantities import evaluate_quantity
+from symkin.storage.toml_file import Kind, TomlSource, WrongValueError, list_of, read_at
+
+__all__ = ["with_declared_chains"]
+
+Array = NDArray[np.float64]
+_Values = dict[str, Any]
+
+_KEYS = ("path", "platform_path", "rods", "loops", "closes", "home", "pose", "free")
+_SECTIONS_OF_LEGS = ("reference_leg", "reference_legs", "legs")
+# What ends of a path compare, by what a file says and whether the leg stays in the plane.
+_COMPARES = {
+    ("pose", False): "pose",
+    ("point", False): "point",
+    ("rotation", False): "rotation",
+    ("pose", True): "planar pose",
+    ("point", True): "planar point",
+}
+_CLOSES = {"spatial": "pose", "planar": "pose", "point": "point", "translating": "point"}
+
+
+def with_declared_chains(source: TomlSource) -> TomlSource:
+    """Return a file with the chains that it declares by their names, and legs with all parameters.
+
+    Raises
+    ------
+    MechanismFileError
+        With the line and the key of what cannot be a leg.
+    """
+    tables = source.values.get("chains")
+    if tables is None:
+        return source
+    if not isinstance(tables, dict) or not tables:
+        raise source.error(("chains",), "is no table of chains; expected [chains.NAME]")
+    values = {name: each for name, each in source.values.items() if name != "chains"}
+    workspace = values.get("workspace")
+    free = workspace.get("free") if isinstance(workspace, dict) else None
+    if isinstance(workspace, dict):
+        values["workspace"] = {name: each for name, each in workspace.items() if name != "free"}
+    names = {}
+    for label in tables:
+        place = ("chains", label)
+        try:
+            given = tables[label]
+            if isinstance(given, dict) and free is not None:
+                given = {"free": free, **given}
+            names[label] = declare(_declared(label, given, values))
+        except WrongValueError as error:
+            raise source.error((*place, *error.keys), str(error)) from error
+        except SymkinError as error:
+            raise source.error(place, str(error)) from error
+    if values.get("chain") in names:
+        values["chain"] = names[values["chain"]]
+    default = values.get("chain")
+    if not any(section in values for section in _SECTIONS_OF_LEGS):
+        values["reference_leg"] = {}
+    for section in _SECTIONS_OF_LEGS:
+        given = values.get(section)
+        if isinstance(given, dict):
+            values[section] = _filled(given, names, default)
+        elif isinstance(given, list):
+            values[section] = [_filled(each, names, default) for each in given]
+    return dataclasses.replace(source, values=values)
+
+
+def _filled(leg: Any, names: Mapping[str, str], default: Any) -> Any:
+    """A leg's table with the drawn values that it does not change."""
+    if not isinstance(leg, dict):
+        return leg
+    chain = names.get(str(leg.get("chain")), default)
+    declared = declared_chain(str(chain))
+    if declared is None:
+        return leg
+    given: _Values = {"sensor_gain": 1.0, "sensor_offset": 0.0, **declared.nominal}
+    for name, value in leg.items():
+        if isinstance(value, dict) and "value" not in value:
+            given |= {f"{name}_{each}": number for each, number in value.items()}
+        else:
+            given[name] = value
+    if "chain" in leg:
+        given["chain"] = chain
+    return given
+
+
+def _declared(label: str, table: Any, file: _Values) -> DeclaredChain:
+    """The chain of a table."""
+    if not isinstance(table, dict):
+        raise WrongValueError("is not a table; expected path, rods, home")
+    for key in table:
+        if key not in _KEYS:
+            raise WrongValueError(f"unknown key{did_you_mean(key, _KEYS)}", (key,))
+    parts = [table.get(key, []) for key in ("path", "platform_path", "rods", "loops")]
+    builder = LegBuilder(planar=stays_in_plane(parts))
+    builder.read_path(table.get("path", []), whole="platform_path" in table or "rods" in table)
+    pose_space = _pose_space(file.get("platform", "rigid"), builder.planar)
+    builder.read_platform_path(table.get("platform_path", []))
+    rods = table.get("rods", [])
+    closes = table.get("closes", "" if rods else _CLOSES.get(pose_space, "rotation"))
+    if builder.ends_in_ball:
+        closes = "point"
+    if closes:
+        one_of("closes", closes, ("pose", "point", "rotation"))
+        if (closes, POSE_SPACES[pose_space].size == 2) not in _COMPARES:
+            raise WrongValueError("a leg in the plane closes on a pose or a point", ("closes",))
+        builder.close(_COMPARES[closes, POSE_SPACES[pose_space].size == 2])
+    planar = POSE_SPACES[pose_space].size == 2
+    read_at("rods", list_of(Kind(builder.read_rod, {})), rods)
+    of_loop = Kind(lambda raw: builder.read_loop(raw, planar=planar), {})
+    read_at("loops", list_of(of_loop), table.get("loops", []))
+    home_pose = _home_pose(table, file, pose_space)
+    _aim(builder, pose_space, home_pose)
+    return _chain(label, table, builder, pose_space, home_pose)
+
+
+def _pose_space(platform: str, planar: bool) -> str:
+    if platform == "rigid":
+        return "planar" if planar else "spatial"
+    return str(platform)
+
+
+def _home_pose(table: _Values, file: _Values, pose_space: str) -> list[float]:
+    """The pose at which the joints have the values of home, a row of a pose array."""
+    space = POSE_SPACES[pose_space]
+    given = table.get("pose")
+    if given is None:
+        workspace = file.get("workspace")
+        given = workspace.get("home") if isinstance(workspace, dict) else None
+    if given is None:
+        values = [0.0] * space.dof
+    else:
+        units = space.units
+        free = table.get("free") or list(units)
+        names = list(units) if len(given) == space.dof else list(free)
+        if len(given) != len(names):
+            raise WrongValueError(f"home has {len(given)} values; expected {', '.join(names)}")
+        found = {
+            name: evaluate_quantity(each, units[name], direction=units[name] == "rad")
+            for name, each in zip(names, given, strict=True)
+        }
+        values = [found.get(name, 0.0) for name in units]
+    return [float(each) for each in poses_from_bounds(pose_space, values)]
+
+
+def _aim(builder: LegBuilder, pose_space: str, home_pose: list[float]) -> None:
+    """Turn the transforms with ``aim`` so that their z runs from base to platform at home."""
+    if not builder.aimed:
+        return
+    motion = transforms(pose_space, np.array([home_pose]))
+    rotation, position = motion.rotation[0], motion.translation[0]
+    left = np.eye(4)
+    for kind, index in builder.left_steps:
+        if kind == "joint":
+            break
+        left = left @ transform_matrix(builder.values[index], turned=False)
+    right = np.eye(4)
+    for kind, index in builder.right_steps:
+        if kind == "transform":
+            right = right @ transform_matrix(builder.values[index], turned=False)
+    start, end = left[:3, 3], rotation @ right[:3, 3] + position
+    along = (end - start) / np.linalg.norm(end - start)
+    for index in builder.aimed:
+        values = builder.values[index]
+        first = rotation_of("z", values["azimuth"])
+        on_platform = builder.is_of_platform(index)
+        seen = first.T @ (rotation.T @ along if on_platform else along)
+        values["roll"] = float(-np.arcsin(seen[1]))
+        values["pitch"] = float(np.arctan2(seen[0], seen[2]))
+        builder.write_turn(index, "roll")
+        builder.write_turn(index, "pitch")
+
+
+def _chain(
+    label: str, table: _Values, builder: LegBuilder, pose_space: str, home_pose: list[float]
+) -> DeclaredChain:
+    scalars, nominal, exact = builder.scalars()
+    own = builder.own_joints
+    start, known = _home_joints(table.get("home", {}), builder)
+    read = sum(builder.joints[each][2] for each in own)
+    if read != 1:
+        raise WrongValueError(
+            f"has {read} joints in brackets; expected one, since a leg has one reading", ("path",)
+        )
+    units = list(POSE_SPACES[pose_space].units)
+    free = table.get("free", [])
+    for each in free:
+        if each not in units:
+            raise WrongValueError(f"is {each!r}; expected {' or '.join(units)}", ("free",))
+    chain = DeclaredChain(
+        label,
+        pose_space,
+        [list(each) for each in builder.joints],
+        [builder.numbers(each) for each in range(len(builder.values))],
+        builder.loops,
+        scalars,
+        home_pose,
+        start,
+        sorted(units.index(each) for each in free),
+        nominal | {"hand": 1.0},
+        exact,
+        {},
+    )
+    found = _core.joints_at_home(chain.core(), known)
+    chain = dataclasses.replace(chain, home_joints=[float(each) for each in found])
+    redundant = _core.redundant_scalars(chain.core())
+    held = [[*each[:5], each[5] or shown] for each, shown in zip(scalars, redundant, strict=True)]
+    home = dict(zip(builder.own_names, chain.home_joints, strict=True))
+    written = {**builder.written(table), "home": home, "pose": _bounds(pose_space, home_pose)}
+    return dataclasses.replace(chain, scalars=held, table=written)
+
+
+def _bounds(pose_space: str, pose: list[float]) -> list[float]:
+    """A pose as position and angle or rotation vector."""
+    motion = transforms(pose_space, np.array([pose]))
+    tangent = np.hstack([motion.translation, vectors_from_rotations(motion.rotation)])[0]
+    return [float(each) for each in tangent[POSE_SPACES[pose_space].components]]
+
+
+def _home_joints(given: Any, builder: LegBuilder) -> tuple[list[float], list[bool]]:
+    """Where joints are sought, and which of them the file has given."""
+    if not isinstance(given, dict):
+        raise WrongValueError("is not a table of joints; expected one", ("home",))
+    for name in given:
+        if name not in builder.own_names:
+            raise WrongValueError(
+                f"no joint of that name{did_you_mean(name, builder.own_names)}", ("home", name)
+            )
+    start, known = [], []
+    for name, index in zip(builder.own_names, builder.own_joints, strict=True):
+        unit = "rad" if builder.joints[index][0] == "R" else "m"
+        try:
+            start.append(evaluate_quantity(given.get(name, 0.0), unit, direction=unit == "rad"))
+        except SymkinError as error:
+            raise WrongValueError(str(error), ("home", name)) from error
+        known.append(name in given)
+    return start, known

@@ -1,0 +1,457 @@
+# SPDX-License-Identifier: MIT
+"""The joints and transforms of a declared leg, as its path lists them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin.errors import SymkinError, did_you_mean
+from symkin.storage.quantities import evaluate_quantity
+from symkin.storage.toml_file import WrongValueError
+
+__all__ = ["LegBuilder", "rotation_of", "stays_in_plane", "transform_matrix"]
+
+Array = NDArray[np.float64]
+_Values = dict[str, Any]
+
+# In the core's order.
+SLOTS = ("azimuth", "x", "y", "z", "roll", "pitch", "yaw", "rx", "ry", "rz")
+_LENGTHS = ("x", "y", "z")
+_TURNS = ("roll", "pitch", "yaw")  # as it is drawn
+_ERRORS = ("x", "y", "z", "rx", "ry", "rz")
+_PLANAR_ERRORS = ("x", "y", "rz")
+_KEYS = ("name", *SLOTS, "aim", "errors", "exact")
+_ROD_KEYS = ("name", "from", "at", "to", "end", "length")
+_LOOP_KEYS = ("from", "path", "to", "at", "closes")
+# How a number goes over in the mirror of x and z: see ParameterKind.
+_KINDS = {
+    "x": "coordinate",
+    "y": "mirrored_coordinate",
+    "z": "coordinate",
+    "roll": "mirrored_written_turn",
+    "pitch": "written_turn",
+    "yaw": "mirrored_written_turn",
+    "azimuth": "mirrored_written_turn",
+    "rx": "mirrored_small_turn",
+    "ry": "small_turn",
+    "rz": "mirrored_small_turn",
+}
+_AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+_JOINT = re.compile(
+    r"(?:(?P<name>[A-Za-z]\w*)\s*:\s*)?(?P<kind>\[[RP]\]|[RPUCS])(?P<axes>(?:\s+[xyz])*)"
+    r"(?:\s*=\s*(?P<rule>.+))?"
+)
+_RULE = re.compile(
+    r"(?P<sign>-?)\s*(?P<ratio>[0-9.]+(?:[eE][-+]?\d+)?)?\s*\*?\s*(?P<joint>[A-Za-z]\w*)"
+    r"(?:\s*(?P<plus>[-+])\s*(?P<offset>.+))?"
+)
+_NAME = re.compile(r"[A-Za-z]\w*")
+_EXPECTED = (
+    'expected "name: [R] z" with R, P, U or C, an axis x, y or z (two of a U, none in the plane), '
+    "brackets where a sensor reads, or a transform { name = ..., x = ... }"
+)
+Step = tuple[str, int]
+
+
+def rotation_of(axis: str, angle: float) -> Array:
+    """The matrix of a turn about an axis."""
+    i = "xyz".index(axis)
+    j, k = (i + 1) % 3, (i + 2) % 3
+    matrix = np.eye(3)
+    matrix[j, j] = matrix[k, k] = np.cos(angle)
+    matrix[k, j], matrix[j, k] = np.sin(angle), -np.sin(angle)
+    return matrix
+
+
+def transform_matrix(values: Mapping[str, float], *, turned: bool = True) -> Array:
+    """A transform as drawn, 4 x 4; without roll, pitch and yaw unless `turned`."""
+    matrix = np.eye(4)
+    first = rotation_of("z", values["azimuth"])
+    matrix[:3, 3] = first @ [values["x"], values["y"], values["z"]]
+    matrix[:3, :3] = first
+    if turned:
+        matrix[:3, :3] = (
+            first
+            @ rotation_of("z", values["yaw"])
+            @ rotation_of("y", values["pitch"])
+            @ rotation_of("x", values["roll"])
+        )
+    return matrix
+
+
+class LegBuilder:
+    """A leg while its tables are read."""
+
+    def __init__(self, *, planar: bool) -> None:
+        self.planar = planar
+        self.joints: list[tuple[str, tuple[float, ...], bool, int, float, float]] = []
+        self.names: list[str] = []  # of the joints
+        self.values: list[dict[str, float]] = []  # of the transforms
+        self.transforms: list[str] = []  # their names
+        self.loops: list[list[Any]] = []
+        self.left_steps: list[Step] = []
+        self.right_steps: list[Step] = [("pose", 0)]
+        self.aimed: list[int] = []
+        self.ends_in_ball = False
+        self._behind_ball: list[Step] = []
+        self._estimated: list[list[str]] = []  # of each transform, which numbers are parameters
+        self._exact: list[set[str]] = []
+        self._frozen: dict[int, dict[str, float]] = {}
+        self._lengths: dict[int, str] = {}  # transforms that are the length of a rod
+
+    def is_of_platform(self, index: int) -> bool:
+        """Whether a transform stands on the platform's side."""
+        return ("transform", index) in self.right_steps
+
+    @property
+    def own_joints(self) -> list[int]:
+        """The joints that stand by themselves."""
+        return [index for index, joint in enumerate(self.joints) if joint[3] == -1]
+
+    @property
+    def own_names(self) -> list[str]:
+        """Their names."""
+        return [self.names[index] for index in self.own_joints]
+
+    def read_path(self, raw: Any, *, whole: bool) -> None:
+        """The path from base to platform; its last transform is the platform's, unless `whole`."""
+        steps = self._steps(raw, "path")
+        behind = self._behind_ball
+        if not (behind or whole or self.ends_in_ball) and len(steps) > 1:
+            behind = [steps[-1]] if steps[-1][0] == "transform" else []
+        self.left_steps = [step for step in steps if step not in behind]
+        self.right_steps += behind
+
+    def read_platform_path(self, raw: Any) -> None:
+        """More of the platform's side, from its frame to the leg's end."""
+        self.right_steps += self._steps(raw, "platform_path")
+
+    def close(self, compares: str) -> None:
+        """Close the path on the platform."""
+        self._need_turning(self.left_steps, "base")
+        if compares not in ("point", "planar point") or len(self.right_steps) > 1:
+            self._need_turning(self.right_steps, "platform")
+        self.loops.append([list(self.left_steps), list(self.right_steps), compares, -1, -1])
+
+    def read_rod(self, raw: Any) -> None:
+        """A rod between two points: one distance."""
+        _check_keys(raw, _ROD_KEYS)
+        name = _name_of(raw, f"rod_{len(self.loops) + 1}")
+        start = self._up_to(raw.get("from", "base"), "from")
+        at = self._transform({"name": f"{name}_at", **_table(raw, "at")}, "at")
+        end = self._transform({"name": f"{name}_end", **_table(raw, "end")}, "end")
+        if raw.get("to", "platform") != "platform":
+            raise WrongValueError("a rod ends at the platform", ("to",))
+        left, right = [*start, ("transform", at)], [*self.right_steps, ("transform", end)]
+        self._need_turning(left, "base")
+        self._need_turning(right, "platform")
+        if "length" not in raw:
+            raise WrongValueError("this key is missing", ("length",))
+        length = raw["length"]
+        read = re.fullmatch(r"\[([A-Za-z]\w*)\]", length) if isinstance(length, str) else None
+        if read:
+            joint = self._joint(read[1], "P", "x", read=True)
+            self.loops.append([left, right, "distance", -1, joint])
+            return
+        index = self._add_transform(f"{name}_length")
+        self._lengths[index] = f"{name}_length"
+        self.values[index]["x"] = _number(length, "m", ("length",))
+        self._estimated[index] = ["x"]
+        self.loops.append([left, right, "distance", index, -1])
+
+    def read_loop(self, raw: Any, *, planar: bool) -> None:
+        """A further loop, from a transform or joint of the path to the body that a joint moves."""
+        _check_keys(raw, _LOOP_KEYS)
+        start = self._up_to(raw.get("from"), "from")
+        path = self._steps(raw.get("path", []), "path")
+        end = self._up_to(raw.get("to"), "to")
+        closes = raw.get("closes", "point")
+        if closes not in ("point", "pose"):
+            raise WrongValueError(f"is {closes!r}; expected 'point' or 'pose'", ("closes",))
+        at = self._transform({"name": f"at_{len(self.loops)}", **_table(raw, "at")}, "at")
+        compares = f"planar {closes}" if planar else closes
+        self.loops.append([[*start, *path], [*end, ("transform", at)], compares, -1, -1])
+
+    def write_turn(self, index: int, slot: str) -> None:
+        """Make a turn that was found a constant of the leg."""
+        if slot not in self._estimated[index]:
+            self._estimated[index].append(slot)
+        self._frozen.setdefault(index, {})[slot] = self.values[index][slot]
+
+    def numbers(self, index: int) -> list[float]:
+        """The numbers of a transform in the core's order."""
+        return [float(self.values[index][slot]) for slot in SLOTS]
+
+    def scalars(self) -> tuple[list[list[Any]], dict[str, float], list[str]]:
+        """The parameters: what each is, its drawn value, and which of them are exact."""
+        ends = self._ends()
+        scalars: list[list[Any]] = []
+        nominal: dict[str, float] = {}
+        exact = []
+        for index, name in enumerate(self.transforms):
+            for slot in sorted(self._estimated[index], key=SLOTS.index):
+                end, kind = ends.get(index, "none"), _KINDS[slot]
+                if slot == "azimuth" and index in self._turning:
+                    kind = "axis_azimuth"
+                own = f"{name}_{slot}"
+                if index in self._lengths:
+                    own, kind = self._lengths[index], "length"
+                if own in nominal:
+                    raise SymkinError(f"two numbers are called {own}")
+                is_exact = slot in self._exact[index]
+                scalars.append([own, index, SLOTS.index(slot), end, kind, is_exact])
+                nominal[own] = float(self.values[index][slot])
+                exact += [own] * is_exact
+        return scalars, nominal, exact
+
+    def written(self, table: Mapping[str, Any]) -> _Values:
+        """The table with the turns of ``aim`` in numbers."""
+
+        def frozen(item: Any) -> Any:
+            if not isinstance(item, dict) or "aim" not in item:
+                return item
+            index = self.transforms.index(str(item["name"]))
+            kept = {key: value for key, value in item.items() if key != "aim"}
+            return kept | {
+                slot: f"{value!r} rad" for slot, value in self._frozen.get(index, {}).items()
+            }
+
+        return {
+            key: [frozen(each) for each in value] if isinstance(value, list) else value
+            for key, value in table.items()
+        }
+
+    @property
+    def _turning(self) -> set[int]:
+        """The transforms with which a leg turns about Z: the first at either end of a loop."""
+        found = set()
+        for left, right, *_ in self.loops:
+            if left and left[0][0] == "transform":
+                found.add(left[0][1])
+            if len(right) > 1 and right[0][0] == "pose" and right[1][0] == "transform":
+                found.add(right[1][1])
+        return found
+
+    def _ends(self) -> dict[int, str]:
+        """On which end each transform stands, if on one."""
+        ends: dict[int, str] = {}
+        for left, right, *_ in self.loops:
+            for kind, index in left:
+                if kind == "joint":
+                    break
+                ends.setdefault(index, "base")
+            of_platform = right and right[0][0] == "pose"
+            for kind, index in right:
+                if kind == "transform" and of_platform:
+                    ends.setdefault(index, "platform")
+        return ends
+
+    def _need_turning(self, steps: list[Step], end: str) -> None:
+        """Begin an end with a transform that has an azimuth, in place."""
+        place = 1 if steps and steps[0][0] == "pose" else 0
+        if len(steps) <= place or steps[place][0] != "transform":
+            steps.insert(place, ("transform", self._add_transform(end)))
+        index = steps[place][1]
+        if "azimuth" not in self._estimated[index]:
+            self._estimated[index].append("azimuth")
+
+    def _steps(self, raw: Any, key: str) -> list[Step]:
+        if not isinstance(raw, list):
+            raise WrongValueError("is not a list of joints and transforms; expected one", (key,))
+        steps: list[Step] = []
+        for number, item in enumerate(raw):
+            try:
+                steps += self._step(item, steps)
+            except WrongValueError as error:
+                raise WrongValueError(str(error), (key, number, *error.keys)) from error
+            except SymkinError as error:
+                raise WrongValueError(str(error), (key, number)) from error
+        return steps
+
+    def _step(self, item: Any, steps: list[Step]) -> list[Step]:
+        if isinstance(item, dict):
+            made = ("transform", self._transform(item, ""))
+            if self.ends_in_ball:
+                self._behind_ball.append(made)
+            return [made]
+        if not isinstance(item, str):
+            raise WrongValueError(f"is {item!r}; {_EXPECTED}")
+        found = _JOINT.fullmatch(item.strip())
+        if found is None:
+            raise WrongValueError(f'is "{item}"; {_EXPECTED}')
+        kind, axes = found["kind"], found["axes"].split()
+        if self.ends_in_ball:
+            raise WrongValueError("stands behind a ball joint, which ends a leg")
+        if kind == "S":
+            if not steps:
+                raise WrongValueError(
+                    "a ball joint at the base lets the leg spin, which nothing shows: expected a U"
+                )
+            self.ends_in_ball = True
+            return []
+        return [("joint", index) for index in self._joints(found, kind, axes)]
+
+    def _joints(self, found: re.Match[str], kind: str, axes: list[str]) -> list[int]:
+        name, rule = found["name"], found["rule"]
+        name = name or f"joint_{len(self.joints) + 1}"
+        read = kind.startswith("[")
+        letter = kind.strip("[]")
+        wanted = {"U": 2, "C": 1}.get(letter, 1)
+        if not axes and letter == "R":
+            axes = ["z"]
+        elif not axes and letter == "P":
+            axes = ["x"]
+        if len(axes) != wanted or (letter == "U" and axes[0] == axes[1]):
+            raise WrongValueError(f"a {letter} has {wanted} axes; {_EXPECTED}")
+        if letter in "UC" and rule:
+            raise WrongValueError("only R and P follow other joints")
+        if letter == "U":
+            return [self._joint(f"{name}_{axis}", "R", axis) for axis in axes]
+        if letter == "C":
+            return [self._joint(f"{name}_{each}", each, axes[0]) for each in "PR"]
+        if not rule:
+            return [self._joint(name, letter, axes[0], read=read)]
+        followed = self._followed(rule, letter)
+        return [self._joint(name, letter, axes[0], followed=followed)]
+
+    def _followed(self, rule: str, letter: str) -> tuple[int, float, float]:
+        found = _RULE.fullmatch(rule.strip())
+        if found is None:
+            raise WrongValueError(f'follows "{rule}"; expected such as "-a" or "2 a + 0.3 rad"')
+        if found["joint"] not in self.names:
+            raise WrongValueError(
+                f"follows {found['joint']}, no joint before it"
+                f"{did_you_mean(found['joint'], self.names)}"
+            )
+        joint = self.names.index(found["joint"])
+        if self.joints[joint][3] != -1:
+            raise WrongValueError(f"follows {found['joint']}, which follows another joint itself")
+        ratio = float(found["ratio"] or 1) * (-1 if found["sign"] else 1)
+        offset = 0.0
+        if found["offset"]:
+            offset = evaluate_quantity(found["offset"], "rad" if letter == "R" else "m")
+        return joint, ratio, -offset if found["plus"] == "-" else offset
+
+    def _joint(
+        self,
+        name: str,
+        kind: str,
+        axis: str,
+        *,
+        read: bool = False,
+        followed: tuple[int, float, float] = (-1, 1.0, 0.0),
+    ) -> int:
+        if name in self.names:
+            raise WrongValueError(f"two joints are called {name}")
+        self.names.append(name)
+        self.joints.append((kind, _AXES[axis], read, *followed))
+        return len(self.joints) - 1
+
+    def _add_transform(self, name: str) -> int:
+        if name in self.transforms:
+            raise WrongValueError(f"two transforms are called {name}")
+        self.transforms.append(name)
+        self.values.append(dict.fromkeys(SLOTS, 0.0))
+        self._estimated.append([])
+        self._exact.append(set())
+        return len(self.transforms) - 1
+
+    def _transform(self, raw: Any, key: str) -> int:
+        try:
+            return self._read_transform(raw)
+        except WrongValueError as error:
+            raise WrongValueError(str(error), (key, *error.keys) if key else error.keys) from error
+
+    def _read_transform(self, raw: Mapping[str, Any]) -> int:
+        _check_keys(raw, _KEYS)
+        index = self._add_transform(_name_of(raw, f"link_{len(self.transforms) + 1}"))
+        values, estimated = self.values[index], self._estimated[index]
+        for slot in SLOTS:
+            if slot in raw:
+                values[slot] = _number(raw[slot], "m" if slot in _LENGTHS else "rad", (slot,))
+                estimated.append(slot)
+        if "aim" in raw:
+            self.aimed.append(index)
+        errors = raw.get("errors", [])
+        if errors == "all":
+            errors = _PLANAR_ERRORS if self.planar else _ERRORS
+        for slot in errors:
+            if slot not in _ERRORS:
+                raise WrongValueError(
+                    f'is {errors!r}; expected "all" or some of {_ERRORS}', ("errors",)
+                )
+            if slot not in estimated:
+                estimated.append(slot)
+        exact = raw.get("exact", False)
+        if exact is True:
+            exact = list(estimated)
+        for slot in exact or []:
+            if slot not in estimated:
+                raise WrongValueError(f"has {slot!r}, which is not written", ("exact",))
+            self._exact[index].add(slot)
+        return index
+
+    def _up_to(self, name: Any, key: str) -> list[Step]:
+        """The path up to a joint or transform, with it; nothing at the base without a path."""
+        called = {"transform": self.transforms, "joint": self.names}
+        places = {called[kind][index]: (kind, index) for kind, index in self.left_steps}
+        if name in places:
+            return self.left_steps[: self.left_steps.index(places[name]) + 1]
+        if name == "base":
+            return []
+        raise WrongValueError(
+            f"is {name!r}; expected a joint or transform of the path"
+            f"{did_you_mean(str(name), list(places))}",
+            (key,),
+        )
+
+
+def stays_in_plane(raw: Any) -> bool:
+    """Whether joints have no axes, and transforms no numbers, that leave the plane."""
+    if isinstance(raw, str):
+        found = _JOINT.fullmatch(raw.strip())
+        if found is None:
+            return True
+        letter = found["kind"].strip("[]")
+        return letter == "P" or (letter == "R" and not found["axes"])
+    if isinstance(raw, dict):
+        if {"z", "roll", "pitch", "rx", "ry", "aim"} & set(raw):
+            return False
+        return all(stays_in_plane(each) for each in raw.values())
+    return not isinstance(raw, list) or all(map(stays_in_plane, raw))
+
+
+def _check_keys(raw: Any, keys: Sequence[str]) -> None:
+    if not isinstance(raw, dict):
+        raise WrongValueError(f"is {raw!r}; expected a table of {', '.join(keys)}")
+    for key in raw:
+        if key not in keys:
+            raise WrongValueError(f"unknown key{did_you_mean(key, keys)}", (key,))
+
+
+def _name_of(raw: Mapping[str, Any], default: str) -> str:
+    name = raw.get("name", default)
+    if not isinstance(name, str) or not _NAME.fullmatch(name):
+        raise WrongValueError(
+            f"is {name!r}; expected a letter, then letters, digits and _", ("name",)
+        )
+    return name
+
+
+def _table(raw: Mapping[str, Any], key: str) -> Mapping[str, Any]:
+    value = raw.get(key, {})
+    if not isinstance(value, dict):
+        raise WrongValueError("is not a table; expected one of x, y, z", (key,))
+    return value
+
+
+def _number(raw: Any, unit: str, keys: tuple[str, ...]) -> float:
+    try:
+        return evaluate_quantity(raw, unit, direction=unit == "rad")
+    except SymkinError as error:
+        raise WrongValueError(str(error), keys) from error

@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: MIT
+#include <gtest/gtest.h>
+
+#include <Eigen/LU>
+#include <random>
+
+#include "declared/declared_numbers.hpp"
+#include "symkin/support/error.hpp"
+
+namespace symkin::declared {
+namespace {
+
+using reference::joints_of;
+using reference::pose_of;
+
+constexpr double kAccuracy = 1e-12;
+
+Assembly assembly_of(const reference::Leg& leg, const Description& description) {
+  return {description, {pose_of(leg.home_pose), joints_of(leg.home_joints)}};
+}
+
+// Rows of all closures as the reference has them: pose, readings, errors.
+RowMatrix rows_of(const reference::Leg& leg, const Assembly& assembly) {
+  const Columns wrenches = assembly.reciprocal();
+  const std::vector<int> coordinates = leg.coordinates();
+  const std::vector<Slot> errors = leg.errors();
+  const auto moved = static_cast<Index>(
+      std::count_if(errors.begin(), errors.end(), [](Slot slot) { return slot <= Slot::z; }));
+  std::vector<std::vector<double>> rows;
+  for (Index i = 0; i < wrenches.cols(); ++i) {
+    Work work;
+    assembly.loops().work(wrenches.col(i), work);
+    std::vector<double>& row = rows.emplace_back();
+    for (const int coordinate : coordinates) {
+      row.push_back(work.pose[coordinate]);
+    }
+    for (const int read : assembly.read()) {
+      row.push_back(work.joints[read]);
+    }
+    for (std::size_t k = 0; k < leg.transforms.size(); ++k) {
+      // The reference moves along the axes behind the transform.
+      const Eigen::Matrix3d turn = TransformGeometry(leg.transforms[k]).rotation;
+      const Eigen::Map<const Vector> own(&work.scalars[k * errors.size()],
+                                         static_cast<Index>(errors.size()));
+      const Vector along = turn.topLeftCorner(moved, moved).transpose() * own.head(moved);
+      row.insert(row.end(), along.begin(), along.end());
+      row.insert(row.end(), own.begin() + moved, own.end());
+    }
+  }
+  RowMatrix all(static_cast<Index>(rows.size()), static_cast<Index>(rows.front().size()));
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    all.row(static_cast<Index>(i)) =
+        Eigen::Map<const Vector>(rows[i].data(), all.cols()).transpose();
+  }
+  return all;
+}
+
+class DeclaredLegs : public ::testing::TestWithParam<reference::Leg> {};
+
+TEST_P(DeclaredLegs, HaveTheRowsOfAnotherProgram) {
+  const reference::Leg& leg = GetParam();
+  const Description description = leg.description();
+  if (leg.closures == 0) {
+    EXPECT_THROW(assembly_of(leg, description), InvalidInput);
+    return;
+  }
+  Assembly assembly = assembly_of(leg, description);
+  ASSERT_EQ(assembly.closures(), leg.closures);
+  for (const reference::Case& each : leg.cases) {
+    Joints joints = joints_of(each.joints);
+    ASSERT_TRUE(assembly.close_around_readings(pose_of(each.pose), joints));
+    EXPECT_LT(assembly.loops().residual().cwiseAbs().maxCoeff(), kAccuracy);
+    const RowMatrix rows = rows_of(leg, assembly);
+    const Eigen::MatrixXd pivots = rows(kAll, each.pivots);
+    const RowMatrix reduced = pivots.partialPivLu().solve(Eigen::MatrixXd(rows));
+    for (Index i = 0; i < reduced.rows(); ++i) {
+      for (Index k = 0; k < reduced.cols(); ++k) {
+        EXPECT_NEAR(reduced(i, k),
+                    each.rows[static_cast<std::size_t>(i)][static_cast<std::size_t>(k)], kAccuracy)
+            << "row " << i << ", column " << k;
+      }
+    }
+  }
+}
+
+TEST_P(DeclaredLegs, FindTheReadingsOfHomesBranch) {
+  const reference::Leg& leg = GetParam();
+  if (leg.closures == 0) {
+    return;
+  }
+  const Description description = leg.description();
+  Assembly assembly = assembly_of(leg, description);
+  for (const reference::Case& each : leg.cases) {
+    Joints found;
+    ASSERT_TRUE(assembly.close(pose_of(each.pose), found));
+    for (const int read : assembly.read()) {
+      EXPECT_NEAR(found[read], each.joints[static_cast<std::size_t>(read)], 1e-11);
+    }
+  }
+}
+
+// Also where loops are not closed, and every number of every transform is large.
+TEST_P(DeclaredLegs, HaveColumnsAndWorkThatDifferencesConfirm) {
+  const reference::Leg& leg = GetParam();
+  Description description = leg.description();
+  description.scalars.clear();
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> number(-0.3, 0.3);
+  for (std::size_t i = 0; i < description.transforms.size(); ++i) {
+    for (int slot = 0; slot < kSlots; ++slot) {
+      description.transforms[i][static_cast<std::size_t>(slot)] += number(random);
+      description.scalars.push_back({"", static_cast<int>(i), static_cast<Slot>(slot), {}, false});
+    }
+  }
+  Loops loops(description);
+  const Pose pose = pose_of(leg.home_pose);
+  const Joints joints = joints_of(leg.home_joints);
+  loops.walk(pose, joints);
+  const Columns columns = loops.columns();
+  Equations closure(loops.equations());
+  for (double& each : closure) {
+    each = number(random);
+  }
+  Work work;
+  loops.work(closure, work);
+  EXPECT_LT((columns.transpose() * closure - work.joints).cwiseAbs().maxCoeff(), kAccuracy);
+  constexpr double kStep = 1e-6;
+  const auto differs = [&](const auto& value_at) {
+    return (value_at(kStep) - value_at(-kStep)) / (2 * kStep);
+  };
+  for (Index i = 0; i < joints.size(); ++i) {
+    const double by_joint = differs([&](double step) {
+      Joints moved = joints;
+      moved[i] += step;
+      loops.walk(pose, moved);
+      return closure.dot(loops.residual());
+    });
+    EXPECT_NEAR(by_joint, work.joints[i], 1e-8) << "joint " << i;
+  }
+  for (std::size_t i = 0; i < description.scalars.size(); ++i) {
+    const Scalar& scalar = description.scalars[i];
+    const double by_scalar = differs([&](double step) {
+      std::vector<TransformValues> values = description.transforms;
+      values[static_cast<std::size_t>(scalar.transform)][static_cast<std::size_t>(scalar.slot)] +=
+          step;
+      loops.set_transforms(values);
+      loops.walk(pose, joints);
+      return closure.dot(loops.residual());
+    });
+    EXPECT_NEAR(by_scalar, work.scalars[i], 1e-8) << "scalar " << i;
+  }
+  loops.set_transforms(description.transforms);
+  const int coordinates = leg.platform == "schoenflies" ? 3 : 6;  // another turn is not its own
+  for (int i = 0; i < coordinates; ++i) {
+    const double by_pose = differs([&](double step) {
+      Pose moved = pose;
+      if (i < 3) {
+        moved.position[i] += step;
+      } else {
+        moved.rotation = Eigen::AngleAxisd(step, Eigen::Vector3d::Unit(i - 3)).toRotationMatrix() *
+                         pose.rotation;
+      }
+      loops.walk(moved, joints);
+      return closure.dot(loops.residual());
+    });
+    EXPECT_NEAR(by_pose, work.pose[i], 1e-8) << "coordinate " << i;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Reference, DeclaredLegs, ::testing::ValuesIn(reference::legs),
+                         [](const auto& info) {
+                           std::string name;
+                           for (const char each : info.param.name) {
+                             name += std::isalnum(each) != 0 ? each : '_';
+                           }
+                           return name;
+                         });
+
+}  // namespace
+}  // namespace symkin::declared
