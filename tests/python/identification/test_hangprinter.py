@@ -48,7 +48,7 @@ def test_straight_spools_leave_a_millimetre_and_are_doubted(robot, measured):
     found = symkin.identify(robot, measured, prior=PRIORS, gauge="nominal")
     assert found.converged
     assert not found.trustworthy
-    assert {"sensor": "quadratic"} in [doubt.options for doubt in found.doubts]
+    assert found.doubts[0].options == {"sensor": "quadratic"}
     assert line_rms(found) == pytest.approx(1.10e-3, rel=0.05)
 
 

@@ -128,7 +128,7 @@ def explained(
     except SymkinError as error:
         # What is refused before anything is fitted says why itself.
         fitted = isinstance(error, FailedFitError) or (
-            isinstance(error, NotIdentifiableError) and not by_leg
+            isinstance(error, NotIdentifiableError) and options.estimator == "joint"
         )
         tried = hypotheses_of(mechanism, measurements, options, by_leg=by_leg) if fitted else ()
         cause = likely_cause(tried)
@@ -162,34 +162,36 @@ def hypotheses_of(
     *,
     by_leg: bool = False,
     budget: Budget | None = None,
+    shaped: bool = True,
 ) -> tuple[Hypothesis, ...]:
     """Try corrections of what people mistake most often, the best first.
 
     Each is tried on a few of the poses, what comes out best on more, and the best on all. What
     explains the data as well as another but has unknowns besides is left to the other. Two at once
     are tried where one does not explain the data, or only a part: then with that one. That of no
-    mistake is among them.
+    mistake is among them. `shaped`: the residuals have a shape that no parameter gives them.
     """
     if by_leg:
         # Full poses are in the robot's own frame, and a mistake shows in all that was read there.
         nominal = nominal.replace(frames=None)
         options = dataclasses.replace(options, poses="all")
     stated = Correction(_as_it_is, Model(nominal, options), measurements)
-    budget = budget or Budget()
-    legs = len(nominal.legs)
-    alone = _judged(stated, budget.of(corrections_of(stated), legs))
+    budget, legs = budget or Budget(), len(nominal.legs)
+    alone = _judged(stated, budget.of(corrections_of(stated), legs), shaped)
     proposed = [each for each in alone if each.proposed]
     before = next(each.per_degree for each in alone if each.cause is None)
     if max((each.per_degree for each in proposed), default=before) < LITTLE:
         return alone
     # Of so many some are much less bad than a great mistake; what they leave has to be little.
     parts = {each.what for each in proposed}
-    pairs = _judged(stated, budget.of(pairs_of(stated, parts), legs))
+    pairs = _judged(stated, budget.of(pairs_of(stated, parts), legs), shaped)
     found = (each.per_degree for each in pairs if each.proposed)
     return pairs if max(found, default=math.inf) < LITTLE else alone
 
 
-def _judged(stated: Correction, corrections: Iterable[Correction]) -> tuple[Hypothesis, ...]:
+def _judged(
+    stated: Correction, corrections: Iterable[Correction], shaped: bool
+) -> tuple[Hypothesis, ...]:
     """What is stated and the best of corrections, each with what it leaves, the best first."""
     told = observed_count(stated.measurements) - stated.mechanism.space.dof
     enough = math.ceil(_TESTS / max(float(told.mean()), _TESTS / _LOOKS[-1][0]))
@@ -214,7 +216,8 @@ def _judged(stated: Correction, corrections: Iterable[Correction]) -> tuple[Hypo
     hypotheses = [_told(stated, as_stated)]
     for each, fit in settled:
         freed = each.options is not stated.options
-        proposed = id(each) in named and _explains(fit, as_stated, freed=freed)
+        weak = not (freed and shaped)
+        proposed = id(each) in named and _explains(fit, as_stated, freed=freed, weak=weak)
         hypotheses.append(_told(each, fit, proposed=proposed))
     kept = {id(each) for each in rivals}
     hypotheses += [_told(each, fit) for each, fit in tried if fit and id(each) not in kept]
@@ -230,24 +233,31 @@ def _as_stated(stated: Correction, corrected: Sequence[_core.JointFit]) -> _core
     """
     best = stated.fit(SECOND[1], whole=False)
     for fit in corrected:
-        if _explains(fit, best):
+        if per_degree(fit) < per_degree(best):
             again = stated.fit(SECOND[1], whole=False, start=fit.poses)
             best = min(best, again, key=per_degree)
     return best
 
 
-def _explains(fit: _core.JointFit, as_stated: _core.JointFit | None, *, freed: bool = True) -> bool:
+def _explains(
+    fit: _core.JointFit,
+    as_stated: _core.JointFit | None,
+    *,
+    freed: bool = True,
+    weak: bool = False,
+) -> bool:
     """Whether a correction explains what is not explained as it is stated.
 
     What only edits the table is not better by so much by chance; what sets more free has to be
-    better by twice that, and to leave nothing that noise does not explain. What explains only a
+    better by twice that, and to leave nothing that noise does not explain; but not by that alone
+    (`weak`) where the residuals have a shape that no parameter gives them. What explains only a
     part must leave so much less of the measurements: a robot that shrinks until nothing matters is
     as little worse than any nonsense as its tolerances make it.
     """
     after, before = per_degree(fit), per_degree(as_stated)
     gained = (before - after) * fit.goodness.degrees_of_freedom
     whole = fit.goodness.chi_square <= fit.goodness.limit
-    if whole if freed else after < _EXPLAINED:
+    if weak and (whole if freed else after < _EXPLAINED):
         return gained > (2 * _BETTER if freed else _BETTER)
     if after * LITTLE >= before:
         return False

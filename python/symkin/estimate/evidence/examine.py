@@ -50,6 +50,12 @@ __all__ = ["Evidence", "Noticed", "judged", "noticed"]
 # Standard deviations: with residuals of this size something else is wrong than a term.
 _GROSS = 30
 _SENSORS = {"sensor-curved", "sensor-eccentric"}
+# What no change of parameters explains, since all that they could was taken out.
+_SHAPES = {
+    *_SENSORS,
+    *("depends-on-pose", "neighbours-alike", "neighbours-opposite"),
+    *("legs-together", "estimators-disagree", "rows-unlike"),
+}
 
 
 class Noticed(NamedTuple):
@@ -127,6 +133,8 @@ def _noticed(
         symptoms += implausible_parameters(found)
     symptoms += unknown_parameters(found)
     symptoms += coarse_readings(taken) if symptoms else []
+    # What can be asked for instead comes first: the rest may be due to that.
+    symptoms.sort(key=lambda each: not each.options)
     return Noticed(tuple(size), tuple(symptoms), tests, outliers)
 
 
@@ -162,7 +170,8 @@ def judged(estimate: Found, what: Noticed) -> Evidence:
         cause, rest = gross_errors(found)
         if cause is None:
             asked = found.nominal, rest, found.options
-            tried = hypotheses_of(*asked, by_leg=bool(found.legs), budget=budget)
+            shaped = any(each.code in _SHAPES for each in what.symptoms)
+            tried = hypotheses_of(*asked, by_leg=bool(found.legs), budget=budget, shaped=shaped)
             cause = likely_cause(tried)
     told = doubts if cause is None else (cause, *what.lasting)
     return Evidence(told, tried, complete=not budget.spent)
