@@ -10,8 +10,8 @@
 #include "symkin/estimation/detail/estimator_contrast.hpp"
 #include "symkin/estimation/detail/missing_terms.hpp"
 #include "symkin/estimation/detail/projection.hpp"
-#include "symkin/statistics/distributions.hpp"
 #include "symkin/estimation/detail/whitened_closures.hpp"
+#include "symkin/statistics/distributions.hpp"
 #include "symkin/support/dense.hpp"
 #include "symkin/support/error.hpp"
 

@@ -7,9 +7,9 @@
 #include <map>
 
 #include "support/mechanisms.hpp"
-#include "symkin/statistics/distributions.hpp"
 #include "symkin/estimation/identification.hpp"
 #include "symkin/estimation/simulation.hpp"
+#include "symkin/statistics/distributions.hpp"
 
 namespace symkin {
 namespace {
