@@ -6,7 +6,7 @@
 #include <limits>
 #include <utility>
 
-#include "symkin/estimation/detail/information.hpp"
+#include "symkin/estimation/detail/linear_fit.hpp"
 #include "symkin/statistics/distributions.hpp"
 
 namespace symkin {
@@ -32,11 +32,11 @@ double GoodnessOfFit::spread() const {
   return unexplained() ? std::sqrt(chi_square / degrees_of_freedom) : 1;
 }
 
-GoodnessOfFit goodness_of_fit(Index leg, const Vector& standardised, const Information& information,
+GoodnessOfFit goodness_of_fit(Index leg, const Vector& standardised, const LinearFit& linear,
                               Index closures, Index problems) {
-  const double unexplained = standardised.squaredNorm() - information.explained(standardised);
-  return judged({leg}, std::max(unexplained, 0.0),
-                static_cast<double>(closures - information.rank()), problems);
+  const double unexplained = standardised.squaredNorm() - linear.explained(standardised);
+  return judged({leg}, std::max(unexplained, 0.0), static_cast<double>(closures - linear.rank()),
+                problems);
 }
 
 }  // namespace symkin

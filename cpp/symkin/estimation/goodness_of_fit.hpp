@@ -7,7 +7,7 @@
 
 namespace symkin {
 
-class Information;
+class LinearFit;
 
 // Chi-square of a least-squares problem against its degrees of freedom.
 struct GoodnessOfFit {
@@ -37,7 +37,7 @@ GoodnessOfFit judged(std::vector<Index> legs, double chi_square, double degrees_
 
 // Of so many closures of one leg, over their standard deviations, and what their rows say
 // of its parameters.
-GoodnessOfFit goodness_of_fit(Index leg, const Vector& standardised, const Information& information,
+GoodnessOfFit goodness_of_fit(Index leg, const Vector& standardised, const LinearFit& linear,
                               Index closures, Index problems);
 
 }  // namespace symkin

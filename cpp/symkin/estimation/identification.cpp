@@ -71,11 +71,11 @@ void require_variances(const LegData& data, const WhitenedLeg& leg, const Measur
 }
 
 void require_identifiable(const LegData& data, const WhitenedLeg& whitened, Index leg) {
-  const Information information(whitened.rows.by_parameters, whitened.factors);
-  if (information.clear()) {
+  const LinearFit linear(whitened.rows.by_parameters, whitened.factors);
+  if (linear.clear()) {
     return;
   }
-  const RowMatrix combinations = information.sight().unseen;
+  const RowMatrix combinations = linear.conditioning().unseen;
   if (combinations.cols() > 0) {
     RowMatrix unseen = RowMatrix::Zero(data.model.parameter_count(), combinations.cols());
     unseen(data.estimated, kAll) = combinations;
@@ -98,7 +98,7 @@ Vector closures_of(const LegData& data, const LegEstimate& estimate, ConstVector
 
 // Residuals at the estimate.
 void describe_leg(const LegData& data, const LegEstimate& estimate, ConstVector parameters,
-                  const Information& information, bool condition, LegIdentification& leg) {
+                  const LinearFit& linear, bool condition, LegIdentification& leg) {
   leg.rows = data.rows;
   leg.residuals = closures_of(data, estimate, parameters);
   leg.standardised = estimate.whitened.rows.closure.cwiseProduct(estimate.whitened.factors);
@@ -114,8 +114,8 @@ void describe_leg(const LegData& data, const LegEstimate& estimate, ConstVector 
   leg.iterations = estimate.outcome.iterations;
   leg.student_degrees = estimate.robust.student_degrees;
   leg.unguarded = estimate.unguarded;
-  leg.condition = condition || !information.clear() ? information.sight().condition
-                                                    : std::numeric_limits<double>::quiet_NaN();
+  leg.condition = condition || !linear.clear() ? linear.conditioning().condition
+                                               : std::numeric_limits<double>::quiet_NaN();
   if (leg.converged && !(leg.standardised.allFinite() && !std::isinf(leg.condition))) {
     leg.converged = false;
     leg.failure = "the parameters that it ended at do not determine the closures";
@@ -123,11 +123,11 @@ void describe_leg(const LegData& data, const LegEstimate& estimate, ConstVector 
 }
 
 GoodnessOfFit goodness_of(const LegIdentification& leg, const LegEstimate& estimate,
-                          const Information& information, const RobustLoss& loss, Index number,
+                          const LinearFit& linear, const RobustLoss& loss, Index number,
                           Index legs) {
   return loss.any() ? judged({number}, estimate.robust.chi_square,
                              estimate.robust.degrees_of_freedom, legs)
-                    : goodness_of_fit(number, leg.standardised, information,
+                    : goodness_of_fit(number, leg.standardised, linear,
                                       leg.standardised.size(), legs);
 }
 
@@ -310,7 +310,7 @@ void Identifier::estimate(std::size_t leg, const MeasurementSet& measurements) {
   }
   estimate = estimate_leg(data, number, start, std::move(estimate.whitened), options_,
                           by_steps ? LegSolver::steps : LegSolver::ceres, room_);
-  if (seen_by_steps && !Information::is_clear(room_.solver.start_pivot)) {
+  if (seen_by_steps && !LinearFit::is_clear(room_.solver.start_pivot)) {
     WhitenedLeg whitened;
     whiten(data, start, options_.noise, whitened);
     require_identifiable(data, whitened, number);
@@ -408,7 +408,7 @@ RowMatrix Identifier::covariance() const {
   for (std::size_t leg = 0; leg < data_.size(); ++leg) {
     const Index first = static_cast<Index>(leg) * p;
     covariance.block(first, first, p, p)(data_[leg].estimated, data_[leg].estimated) =
-        seen_[leg].inverse();
+        seen_[leg].covariance();
   }
   return covariance;
 }
@@ -424,7 +424,7 @@ Vector Identifier::variances() const {
   Vector variances = Vector::Zero(result_.parameters.size());
   for (std::size_t leg = 0; leg < data_.size(); ++leg) {
     variances.segment(static_cast<Index>(leg) * p, p)(data_[leg].estimated) =
-        seen_[leg].inverse_diagonal();
+        seen_[leg].variances();
   }
   return variances;
 }

@@ -9,9 +9,11 @@
 #include <optional>
 #include <utility>
 
+#include "symkin/estimation/detail/covariance.hpp"
 #include "symkin/estimation/detail/latent_problem.hpp"
+#include "symkin/estimation/detail/linear_fit.hpp"
+#include "symkin/estimation/detail/pose_recovery.hpp"
 #include "symkin/estimation/detail/robust_fit.hpp"
-#include "symkin/estimation/detail/set_aside.hpp"
 #include "symkin/support/dense.hpp"
 #include "symkin/support/error.hpp"
 #include "symkin/support/not_identifiable.hpp"
@@ -50,24 +52,7 @@ bool well_determined(const RowMatrix& information, ScaledCholesky& cholesky) {
   return information.size() > 0 && cholesky.least_pivot() > kLeastPivot;
 }
 
-// What rows (m x p) do not show, as directions of columns in `scale`, and their rank.
-struct Sight {
-  Index rank;
-  RowMatrix unseen;  // p x (p - rank), in scale
-};
-
-Sight sight_of(const RowMatrix& rows, const Vector& scale) {
-  constexpr double kRank = 1e-9;
-  const Index p = rows.cols();
-  RowMatrix tall = RowMatrix::Zero(std::max(rows.rows(), p), p);
-  tall.topRows(rows.rows()) = rows * scale.asDiagonal();
-  const RightSingular svd = right_singular(triangular_factor(tall));
-  const Index rank =
-      svd.values.size() == 0 ? 0 : (svd.values.array() > kRank * svd.values[0]).count();
-  return {rank, svd.vectors.rightCols(p - rank)};
-}
-
-// The same from their square, where that shows it clearly.
+// What rows do not show, see null_space(), from their square where that shows it clearly.
 std::optional<RowMatrix> clearly_unseen(const RowMatrix& information, const Vector& scale) {
   std::optional<RowMatrix> null = clear_null_space(information, kLeastPivot);
   if (!null || null->cols() == 0) {
@@ -87,16 +72,6 @@ RowMatrix nearest_to_start(const RowMatrix& unseen, const Vector& tolerances, co
     weights[i] = tolerances[i] > 0 ? 1 : kFree * kFree;
   }
   return unseen.transpose() * weights.asDiagonal() * scale.cwiseInverse().asDiagonal();
-}
-
-// The covariance of the solution that obeys the rows A z = 0 exactly, from any that obeys them.
-RowMatrix inverse_of(const RowMatrix& rows, const Vector& scale) {
-  const RowMatrix scaled = rows * scale.asDiagonal();
-  const Vector lengths = inverse_column_lengths(scaled);
-  const RowMatrix factor = triangular_factor(scaled * lengths.asDiagonal());
-  const RowMatrix half =
-      scale.cwiseProduct(lengths).asDiagonal() * lower_inverse(factor.transpose()).transpose();
-  return product(half, half.transpose());
 }
 
 Vector typical_sizes(const Mechanism& mechanism, const Setup& start, const Layout& layout,
@@ -244,33 +219,33 @@ void determine(const LatentProblem& problem, const RowMatrix& information, const
   }
   const RowMatrix rows = stacked_rows(problem, layout.prior);
   const Index of_data = rows.rows() - columns;
-  const Sight data_sight = sight_of(rows.topRows(of_data), scale);
-  const Sight all_sight = sight_of(rows, scale);
-  fit.data_rank = data_sight.rank;
-  fit.rank = all_sight.rank;
-  fit.unseen = data_sight.unseen.cols() > 0
-                   ? named_directions(data_sight.unseen, Vector::Ones(columns))
-                   : data_sight.unseen;
-  fit.gauge_directions = all_sight.unseen.cols();
+  const NullSpace of_data_alone = null_space(rows.topRows(of_data), scale);
+  const NullSpace of_all = null_space(rows, scale);
+  fit.data_rank = of_data_alone.rank();
+  fit.rank = of_all.rank();
+  fit.unseen = of_data_alone.directions.cols() > 0
+                   ? named_directions(of_data_alone.directions, Vector::Ones(columns))
+                   : of_data_alone.directions;
+  fit.gauge_directions = of_all.directions.cols();
   const double factor = judge(fit.rank, priors, losses, fit);
 
   // What no row shows is held by rows of its own, and taken out again.
-  const RowMatrix held = nearest_to_start(all_sight.unseen, tolerances, scale);
+  const RowMatrix held = nearest_to_start(of_all.directions, tolerances, scale);
   RowMatrix full(rows.rows() + held.rows(), columns);
   full << rows, held;
   const auto projected = [&](RowMatrix covariance) {
     if (held.rows() > 0) {
-      const RowMatrix n = scale.asDiagonal() * all_sight.unseen;
+      const RowMatrix n = scale.asDiagonal() * of_all.directions;
       const RowMatrix onto = RowMatrix::Identity(columns, columns) -
                              product(product(n, inverse(product(held, n))), held);
       covariance = product(product(onto, covariance), onto.transpose());
     }
     return covariance;
   };
-  fit.covariance = unscaled = projected(inverse_of(full, scale));
+  fit.covariance = unscaled = projected(inverse_information(full));
   if (factor != 1) {
     full.topRows(of_data) /= std::sqrt(factor);
-    fit.covariance = projected(inverse_of(full, scale));
+    fit.covariance = projected(inverse_information(full));
   }
 }
 
@@ -367,12 +342,12 @@ bool JointSolver::hold_unseen() {
       refuse(*unseen, scale_);
     }
   }
-  const Sight sight = sight_of(stacked_rows(*problem_, layout_->prior), scale_);
-  const bool open = sight.unseen.cols() > 0;
+  const NullSpace null = null_space(stacked_rows(*problem_, layout_->prior), scale_);
+  const bool open = null.directions.cols() > 0;
   if (open && options_->gauge == Gauge::refuse) {
-    refuse(sight.unseen, scale_);
+    refuse(null.directions, scale_);
   }
-  held_ = nearest_to_start(sight.unseen, tolerances_of(*layout_, *options_), scale_);
+  held_ = nearest_to_start(null.directions, tolerances_of(*layout_, *options_), scale_);
   problem_->constrain(held_);
   return open;
 }
@@ -383,7 +358,7 @@ void JointSolver::solve(const BlockLosses& losses) {
   constexpr double kStill = 1e-9;     // of the columns, in their typical sizes
   constexpr int kRobustSteps = 5;     // times those without a loss, whose weights settle afterwards
   problem_->set_losses(losses);
-  SolverRoom room;
+  SolverWorkspace room;
   // Frames and a gauge are hardly ever seen in full: a fit that is free to go along what nothing
   // shows would go far.
   if (options_->gauge != Gauge::refuse && problem_->information().size() == 0) {

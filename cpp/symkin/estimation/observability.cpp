@@ -49,7 +49,7 @@ RowMatrix paper_rows(const Mechanism& mechanism, Index leg, ConstRows poses) {
   }
   check_poses(mechanism, poses);
   ClosureRows rows = linearise_nominal(mechanism, leg, poses);
-  rows.part_from_reading(closures);
+  rows.eliminate_reading(closures);
   for (Index i = 0; i < rows.by_reading.size(); i += closures) {
     rows.by_parameters.row(i) /= -rows.by_reading[i];
   }

@@ -16,7 +16,7 @@ enum class RowKind {
 // Rows of the identification matrix C of one leg, k N x p, pose by pose, p its estimated parameters
 // and k the chain's closures; NaN where the leg cannot reach. Of kind paper, the rows of further
 // closures are those of what is left of them without the reading
-// (ClosureRows::part_from_reading), metres per parameter unit.
+// (ClosureRows::eliminate_reading), metres per parameter unit.
 RowMatrix observability_rows(const Mechanism& mechanism, Index leg, ConstRows poses, RowKind kind,
                              const MeasurementNoise& noise = {});
 

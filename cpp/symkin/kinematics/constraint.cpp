@@ -64,7 +64,7 @@ RowMatrix on_constraint(const Mechanism& mechanism, ConstRows poses) {
   RowMatrix by_coordinates = RowMatrix::Identity(dof, dof);
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
     PoseDerivatives all = linearise_pose(mechanism, result, inverse_kinematics(mechanism, result));
-    all.part_from_reading(closures);
+    all.eliminate_reading(closures);
     bool all_done = true;
     for (Index i = 0; i < poses.rows(); ++i) {
       if (done[static_cast<std::size_t>(i)]) {

@@ -146,7 +146,7 @@ PoseDerivatives linearise_all(const Mechanism& mechanism, ConstRows poses, Const
 // Implicit function theorem: dg/dpose = -(dh/dpose) / (dh/dpsi), of each leg's first closure; the
 // others without the reading.
 RowMatrix by_readings(PoseDerivatives all, Index closures) {
-  all.part_from_reading(closures);
+  all.eliminate_reading(closures);
   const Index dof = all.by_pose.cols() / std::max<Index>(all.by_reading.cols(), 1);
   for (Index i = 0; i < all.by_reading.size(); i += closures) {
     double* row = all.by_pose.data() + i * dof;

@@ -38,7 +38,7 @@ RowMatrix pose_jacobian(const Mechanism& mechanism, ConstRows poses);
 
 // The same at given readings, N x legs, with the rows of what else binds the platform behind each
 // leg's: N x (legs * k * dof) where a leg has k closures, of which the others, without the reading
-// (see ClosureRows::part_from_reading), are in metres.
+// (see ClosureRows::eliminate_reading), are in metres.
 RowMatrix closed_pose_jacobian(const Mechanism& mechanism, ConstRows poses, ConstRows readings);
 
 // How near the poses are to singularities.

@@ -14,7 +14,7 @@ struct Beside {
 };
 
 // Closures of legs and poses in blocks of so many, and what else their rows hold.
-void part_from_reading(Index closures, Eigen::Ref<Vector> by_reading,
+void eliminate_reading(Index closures, Eigen::Ref<Vector> by_reading,
                        std::initializer_list<Beside> all) {
   for (Index first = 0; first < by_reading.size(); first += closures) {
     for (Index row = first + 1; row < first + closures; ++row) {
@@ -31,16 +31,16 @@ void part_from_reading(Index closures, Eigen::Ref<Vector> by_reading,
 
 }  // namespace
 
-void ClosureRows::part_from_reading(Index closures) {
-  symkin::part_from_reading(closures, by_reading,
+void ClosureRows::eliminate_reading(Index closures) {
+  symkin::eliminate_reading(closures, by_reading,
                             {{closure.data(), 1},
                              {by_parameters.data(), by_parameters.cols()},
                              {by_pose.data(), by_pose.cols()}});
 }
 
-void PoseDerivatives::part_from_reading(Index closures) {
+void PoseDerivatives::eliminate_reading(Index closures) {
   const Index dof = by_pose.cols() / std::max<Index>(by_reading.cols(), 1);
-  symkin::part_from_reading(closures, Eigen::Map<Vector>(by_reading.data(), by_reading.size()),
+  symkin::eliminate_reading(closures, Eigen::Map<Vector>(by_reading.data(), by_reading.size()),
                             {{closure.data(), 1}, {by_pose.data(), dof}});
 }
 

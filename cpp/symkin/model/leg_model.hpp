@@ -31,14 +31,14 @@ struct ClosureRows {
 
   // Takes the reading out of all closures of a leg but the first, by their combination with the
   // first: what is left of them, h_c - (g_c / g_1) h_1 with g = dh/dpsi, binds the pose alone.
-  void part_from_reading(Index closures);
+  void eliminate_reading(Index closures);
 };
 
 // The same of all legs: a row a pose, in it k columns (dof k in by_pose) a leg.
 struct PoseDerivatives {
   RowMatrix closure, by_pose, by_reading;
 
-  void part_from_reading(Index closures);  // as ClosureRows does
+  void eliminate_reading(Index closures);  // as ClosureRows does
 };
 
 // What is asked of one leg, at all poses at once, so that no loop over poses crosses a call.

@@ -66,7 +66,7 @@ MeasurementSet measure(const Case& robot, const MeasurementNoise& noise, int gro
 LegEstimate fit(const LegData& data, const Vector& start, const IdentificationOptions& options,
                 LegSolver solver) {
   WhitenedLeg whitened;
-  LegRoom room;
+  LegWorkspace room;
   whiten(data, start, options.noise, whitened);
   return estimate_leg(data, 1, start, whitened, options, solver, room);
 }

@@ -28,8 +28,8 @@ class Curved {
     at_ += d;
   }
   void undo() { at_ = before_; }
-  bool still() const { return true; }
-  double extent(const Vector& d) const { return d.lpNorm<Eigen::Infinity>(); }
+  bool latents_at_rest() const { return true; }
+  double step_size(const Vector& d) const { return d.lpNorm<Eigen::Infinity>(); }
   const Vector& at() const { return at_; }
 
  protected:
@@ -149,7 +149,7 @@ class Hidden final : public Curved {
 TEST(LevenbergMarquardt, StopsWhereNothingShowsADirectionButNotForItsStart) {
   SolverOptions options;
   options.least_pivot = 1e-13;
-  SolverRoom room;
+  SolverWorkspace room;
   Sum sum(3, 4);
   const SolverOutcome undetermined = minimise(sum, options, room);
   EXPECT_TRUE(undetermined.undetermined);

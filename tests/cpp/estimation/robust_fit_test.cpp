@@ -50,12 +50,12 @@ class LinearProblem {
   }
   void step(const Vector& d) { change_ += last_ = d; }
   void undo() { change_ -= last_; }
-  bool still() const { return true; }
-  double extent(const Vector& d) const { return d.lpNorm<Eigen::Infinity>(); }
+  bool latents_at_rest() const { return true; }
+  double step_size(const Vector& d) const { return d.lpNorm<Eigen::Infinity>(); }
 
   void solve(BlockLosses& losses) {
     losses_ = &losses;
-    SolverRoom room;
+    SolverWorkspace room;
     outcome_ = minimise(*this, {500, 0}, room);
     cost_ = room.now.cost;
     information_ = room.now.information;

@@ -198,7 +198,7 @@ TEST(TwoClosures, PartFromTheReadingByTheFirst) {
       each->by_reading[2 * i + 1] += 0.3 * each->by_reading[2 * i];
     }
   }
-  parted.part_from_reading(2);
+  parted.eliminate_reading(2);
   ClosureRows own;
   model().linearise(kParameters, open_poses(), kReadings, own);
   for (Index i = 0; i < 6; ++i) {

@@ -3,7 +3,7 @@
 
 #include <map>
 
-#include "symkin/estimation/detail/information.hpp"
+#include "symkin/estimation/detail/linear_fit.hpp"
 #include "symkin/support/dense.hpp"
 
 namespace symkin {
@@ -36,11 +36,11 @@ RowMatrix cross_covariance(const LegInfluence& a, const LegInfluence& b, const V
 }  // namespace
 
 RowMatrix inverse_information(const RowMatrix& rows) {
-  return Information(rows, Vector::Ones(rows.rows())).inverse();
+  return LinearFit(rows, Vector::Ones(rows.rows())).covariance();
 }
 
 RowMatrix least_squares_influence(const RowMatrix& by_parameters, const Vector& factors) {
-  return product(Information(by_parameters, factors).inverse(), by_parameters.transpose()) *
+  return product(LinearFit(by_parameters, factors).covariance(), by_parameters.transpose()) *
          factors.cwiseAbs2().asDiagonal();
 }
 

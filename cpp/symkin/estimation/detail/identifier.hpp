@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "symkin/estimation/detail/information.hpp"
 #include "symkin/estimation/detail/leg_estimators.hpp"
+#include "symkin/estimation/detail/linear_fit.hpp"
 #include "symkin/estimation/identification.hpp"
 
 namespace symkin {
@@ -35,8 +35,8 @@ class Identifier {
   LegSolver solver_;
   std::vector<LegData> data_;
   std::vector<LegEstimate> estimates_;
-  std::vector<Information> seen_;
-  LegRoom room_;
+  std::vector<LinearFit> seen_;
+  LegWorkspace room_;
   Identification result_;
 };
 

@@ -157,7 +157,7 @@ void LatentPoses::linearise_leg(const Setup& setup, const RowMatrix& poses, cons
     }
   }
   // The errors of a leg's rows are independent then: the reading is in one of them.
-  rows.part_from_reading(closures);
+  rows.eliminate_reading(closures);
   for (Index i = 0; i < n; ++i) {
     if (aside[at_index(i)] || !std::isfinite(observations_.readings.values(i, leg))) {
       rows.closure.segment(i * closures, closures).setZero();

@@ -31,11 +31,11 @@ class LatentProblem {
   void step(const Vector& d);
   void correct(const Vector& d);
   void undo();
-  double extent(const Vector& d) const {
+  double step_size(const Vector& d) const {
     return d.size() == 0 ? 0 : d.cwiseQuotient(sizes_).cwiseAbs().maxCoeff();
   }
   // Whether the last step left the latent poses where they were, but for rounding.
-  bool still() const {
+  bool latents_at_rest() const {
     return largest_move_ < kStill || (largest_move_ < kRounding && largest_move_ >= last_move_);
   }
   // Whether all poses start at measured ones, and are nearly right with that.

@@ -25,7 +25,7 @@ class LegProblem {
  public:
   // Closures whitened at the start, or g - psi.
   LegProblem(const LegData& data, const Vector& start, WhitenedLeg whitened, const BlockLoss& loss,
-             const IdentificationOptions& options, LegRoom& room)
+             const IdentificationOptions& options, LegWorkspace& room)
       : data_(data),
         options_(options),
         loss_(loss),
@@ -66,8 +66,8 @@ class LegProblem {
     moved_ = true;
   }
   void undo() { std::swap(now_, former_); }
-  bool still() const { return true; }
-  double extent(const Vector& d) const { return relative_step(data_, now_.parameters, d); }
+  bool latents_at_rest() const { return true; }
+  double step_size(const Vector& d) const { return relative_step(data_, now_.parameters, d); }
   bool orthogonal_step(Vector& d) const {
     const Vector roots = squares_.cwiseSqrt();
     d = -scaled_least_squares(roots.asDiagonal() * now_.leg.rows.by_parameters,
@@ -101,7 +101,7 @@ class LegProblem {
   }
 
   // The cost of the residuals and their weights, by the deviations of a state.
-  double weigh(const LegRoom::State& by, Vector& weights) const {
+  double weigh(const LegWorkspace::State& by, Vector& weights) const {
     weights.setOnes(residuals_.size());
     if (!loss_.any()) {
       return residuals_.squaredNorm();
@@ -123,8 +123,8 @@ class LegProblem {
   bool in_readings_;
   bool moved_ = false;
   double deviation_ = 1;
-  LegRoom& room_;
-  LegRoom::State &now_ = room_.now, &former_ = room_.former;
+  LegWorkspace& room_;
+  LegWorkspace::State &now_ = room_.now, &former_ = room_.former;
   Vector &residuals_ = room_.residuals, &squares_ = room_.squares, &unused_ = room_.unused;
 };
 
@@ -162,14 +162,14 @@ LegEstimate estimate_paper(const LegData& data, const Vector& start,
 
 LegEstimate fit_by_steps(const LegData& data, const Vector& start, WhitenedLeg whitened,
                          const BlockLoss& loss, const IdentificationOptions& options,
-                         LegRoom& room) {
+                         LegWorkspace& room) {
   LegProblem problem(data, start, std::move(whitened), loss, options, room);
   SolverOptions how{loss.any() ? kRobustSteps * options.max_iterations : options.max_iterations,
                     kFirstDamping};
   if (loss.any()) {
-    how.enough = kSettles;
+    how.step_tolerance = kSettles;
   } else if (options.estimator == Estimator::joint) {
-    how.enough = kJointStart;
+    how.step_tolerance = kJointStart;
   }
   SolverOutcome outcome = minimise(problem, how, room.solver);
   if (options.estimator == Estimator::inverse && !problem.errors().allFinite()) {
@@ -183,7 +183,7 @@ LegEstimate fit_by_steps(const LegData& data, const Vector& start, WhitenedLeg w
     if (estimate.outcome.converged) {
       estimate.outcome.failure.clear();
     } else if (ended) {
-      how.enough = SolverOptions().enough;
+      how.step_tolerance = SolverOptions().step_tolerance;
       LegProblem rest(data, Vector(estimate.parameters), std::move(estimate.whitened), loss,
                       options, room);
       estimate = rest.take(minimise(rest, how, room.solver));

@@ -25,7 +25,7 @@ struct LegEstimate {
 inline constexpr int kRobustSteps = 5;  // times those without
 
 // What a leg's fit needs beside its result. Leg after leg in the same room asks for no memory.
-struct LegRoom {
+struct LegWorkspace {
   struct State {
     Vector parameters;
     WhitenedLeg leg;  // or g - psi in place of the closures
@@ -34,7 +34,7 @@ struct LegRoom {
   };
   State now, former;  // `former` is where the last step began
   Vector residuals, squares, unused;
-  SolverRoom solver;
+  SolverWorkspace solver;
 };
 
 // Gauss-Newton on g - psi, unweighted.
@@ -50,7 +50,7 @@ LegEstimate fit_by_ceres(const LegData& data, const Vector& start, const BlockLo
                          const IdentificationOptions& options);
 LegEstimate fit_by_steps(const LegData& data, const Vector& start, WhitenedLeg whitened,
                          const BlockLoss& loss, const IdentificationOptions& options,
-                         LegRoom& room);
+                         LegWorkspace& room);
 
 // Newton's steps from where a solver ended, the noise taken anew at each, to the last digit of the
 // parameters: a cost no longer shows half of them, and weights settle slowly. Whether they lead to
@@ -61,6 +61,7 @@ bool settle(const LegData& data, const BlockLoss& loss, const IdentificationOpti
 // `inverse` or `implicit` with the loss of the options, see fit_robustly(). `leg` counts from 0.
 enum class LegSolver { ceres, steps };
 LegEstimate estimate_leg(const LegData& data, Index leg, const Vector& start, WhitenedLeg whitened,
-                         const IdentificationOptions& options, LegSolver solver, LegRoom& room);
+                         const IdentificationOptions& options, LegSolver solver,
+                         LegWorkspace& room);
 
 }  // namespace symkin

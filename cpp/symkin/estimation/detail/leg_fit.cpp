@@ -2,8 +2,8 @@
 #include <string>
 #include <utility>
 
-#include "symkin/estimation/detail/information.hpp"
 #include "symkin/estimation/detail/leg_estimators.hpp"
+#include "symkin/estimation/detail/linear_fit.hpp"
 #include "symkin/support/dense.hpp"
 
 namespace symkin {
@@ -25,7 +25,7 @@ ConditionBlocks blocks_of(const LegData& data, const WhitenedLeg& leg) {
 class RobustLeg {
  public:
   RobustLeg(const LegData& data, Index leg, const Vector& start, WhitenedLeg whitened,
-            const IdentificationOptions& options, LegSolver solver, LegRoom& room)
+            const IdentificationOptions& options, LegSolver solver, LegWorkspace& room)
       : data_(&data), leg_(leg), start_(&start), options_(&options), solver_(solver), room_(&room) {
     now_.parameters = start;
     now_.whitened = std::move(whitened);
@@ -69,7 +69,7 @@ class RobustLeg {
   const Vector* start_;
   const IdentificationOptions* options_;
   LegSolver solver_;
-  LegRoom* room_;
+  LegWorkspace* room_;
   LegEstimate now_;
 };
 
@@ -88,7 +88,8 @@ Vector squares_of(const ConditionBlocks& blocks, const LegEstimate& estimate, bo
 }  // namespace
 
 LegEstimate estimate_leg(const LegData& data, Index leg, const Vector& start, WhitenedLeg whitened,
-                         const IdentificationOptions& options, LegSolver solver, LegRoom& room) {
+                         const IdentificationOptions& options, LegSolver solver,
+                         LegWorkspace& room) {
   RobustLeg problem(data, leg, start, std::move(whitened), options, solver, room);
   const RobustLoss loss = options.estimator == Estimator::joint ? RobustLoss{} : options.loss;
   auto [losses, open] = fit_robustly(problem, loss);

@@ -26,7 +26,7 @@ struct SolverOptions {
   double damping = 1e-4;     // of the first step; 0 begins as Gauss-Newton
   // A step that would move no estimate by more than this, of its standard deviation or of the root
   // of the cost, is not taken any more.
-  double enough = 1e-12;
+  double step_tolerance = 1e-12;
   // Where no pivot of the equations is above this after a step either, some direction is not shown
   // at any state, and there is nothing to come to rest.
   double least_pivot = -1;
@@ -68,7 +68,7 @@ class NormalSteps {
 
 // What the solver needs beside the problem. Problem after problem in the same room asks for no
 // memory.
-struct SolverRoom {
+struct SolverWorkspace {
   NormalEquations now, next;
   NormalSteps steps;
   Vector step;
@@ -98,8 +98,9 @@ struct HasCorrect<
 //   bool linearise(NormalEquations&);       at the present state; false where that is not finite
 //   void step(const Vector& d);             moves the state
 //   void undo();                            takes the last step back, with all that depends on it
-//   double extent(const Vector& d) const;   how far a step goes, relative to the state: no unit
-//   bool still() const;                     whether the last step left what the state holds beside
+//   double step_size(const Vector& d) const;   how far a step goes, relative to the state: no unit
+//   bool latents_at_rest() const;                     whether the last step left what the state
+//   holds beside
 //                                           the parameters where it was
 // and may have
 //   void correct(const Vector& d);          moves on from a step; `undo` takes back both
@@ -109,8 +110,8 @@ struct HasCorrect<
 // `room` ends with the equations of that state in `now`; where it converged, `steps` has solved
 // them without damping.
 template <typename Problem>
-SolverOutcome minimise(Problem& problem, const SolverOptions& options, SolverRoom& room) {
-  constexpr double kStill = 1e-11;    // extent of a step
+SolverOutcome minimise(Problem& problem, const SolverOptions& options, SolverWorkspace& room) {
+  constexpr double kStill = 1e-11;    // size of a step
   constexpr double kRounding = 1e-7;  // of the root of the cost, or of one deviation
   constexpr double kNear = 1e-2;
   // Of the cost, by which what the state holds beside the parameters may raise it as it settles.
@@ -168,9 +169,10 @@ SolverOutcome minimise(Problem& problem, const SolverOptions& options, SolverRoo
         }
       }
       const double distance = std::sqrt(std::max(decrease, 0.0) / (now.cost + 1));
-      there = decrease >= 0 && (distance < options.enough || problem.extent(step) < kStill ||
-                                (distance < kRounding && distance >= last_distance));
-      if (there && problem.still()) {
+      there =
+          decrease >= 0 && (distance < options.step_tolerance || problem.step_size(step) < kStill ||
+                            (distance < kRounding && distance >= last_distance));
+      if (there && problem.latents_at_rest()) {
         outcome.converged = true;
         return outcome;
       }
@@ -191,7 +193,7 @@ SolverOutcome minimise(Problem& problem, const SolverOptions& options, SolverRoo
         damping = std::max(damping, kLeastDamping);
       }
       decrease = steps.solve(now, damping, step).decrease;
-      if (!(decrease >= 0) || problem.extent(step) < kStill) {
+      if (!(decrease >= 0) || problem.step_size(step) < kStill) {
         outcome.converged = decrease >= 0 && last_distance < kRounding;
         outcome.failure = outcome.converged ? "" : "no step lowers the cost";
         return outcome;
@@ -221,7 +223,7 @@ SolverOutcome minimise(Problem& problem, const SolverOptions& options, SolverRoo
       return false;
     };
     failed = !take((there ? kSettling : near ? kNearSlack : kSlack) * (now.cost + 1));
-    const bool unsettled = near && !settling && !problem.still();
+    const bool unsettled = near && !settling && !problem.latents_at_rest();
     settling = failed && unsettled;
     if (failed && !settling) {
       failed = !corrected(kSlack * (now.cost + 1));
@@ -253,7 +255,7 @@ SolverOutcome minimise(Problem& problem, const SolverOptions& options, SolverRoo
 
 template <typename Problem>
 SolverOutcome minimise(Problem& problem, const SolverOptions& options = {}) {
-  SolverRoom room;
+  SolverWorkspace room;
   return minimise(problem, options, room);
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "symkin/estimation/detail/linear_fit.hpp"
 #include "symkin/support/dense.hpp"
 #include "symkin/support/error.hpp"
 
@@ -37,9 +38,8 @@ Vector ConditionBlocks::squares(const Vector& change) const {
 }
 
 Vector leverages(const ConditionBlocks& blocks) {
-  const Vector scale = inverse_column_lengths(blocks.jacobian);
   const Vector of_rows =
-      column_space(blocks.jacobian * scale.asDiagonal()).basis.rowwise().squaredNorm();
+      LinearFit(blocks.jacobian, Vector::Ones(blocks.jacobian.rows())).leverages();
   Vector means(blocks.count());
   for (Index i = 0; i < blocks.count(); ++i) {
     means[i] =

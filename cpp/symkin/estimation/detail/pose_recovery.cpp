@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "symkin/estimation/detail/set_aside.hpp"
+#include "symkin/estimation/detail/pose_recovery.hpp"
 
 #include <algorithm>
 #include <cmath>
