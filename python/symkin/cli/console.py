@@ -18,6 +18,7 @@ import typer
 from symkin.errors import FailedFitError, SymkinError, printable
 from symkin.options import OPTIONS
 from symkin.results import Result
+from symkin.show.rendering import filled
 from symkin.storage.results_file import results_text, write_results
 
 _NOT_CONVERGED, _BAD_INPUT, _INTERRUPTED, _BROKEN_PIPE = 1, 2, 130, 141
@@ -74,7 +75,9 @@ def print_result(
     if folder is None:
         return
     *others, last = telling.of_files(files)
-    say(f"\nBeside it: {', '.join(others)}" if others else "")
+    say()
+    if others:
+        say(filled(f"Beside it: {', '.join(others)}"))
     say(folder / last)
 
 

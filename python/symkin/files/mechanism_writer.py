@@ -96,7 +96,7 @@ def mechanism_text(mechanism: Mechanism, *, header: str = "") -> str:
     start = {
         "schema": 1,
         "name": mechanism.name,
-        **({} if mechanism.mixed else {"chain": label_of(mechanism.chain)}),
+        **({} if mechanism.mixed else {"chain": mechanism.chain}),
         "platform": mechanism.platform,
         "reading_unit": mechanism.step or mechanism.reading_unit,
         **({"reading_wraps": True} if mechanism.reading_wraps else {}),

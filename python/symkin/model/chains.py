@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import MechanismError, did_you_mean, one_of
-from symkin.model.declared import declare_again, declared_chain
+from symkin.model.declared import declare_again, declared_chain, label_of
 from symkin.model.poses import POSE_SPACES
 from symkin.options import Platform, checks
 from symkin.values import FrozenMapping
@@ -264,9 +264,9 @@ class Leg:
 
 def chains_in_words(legs: Sequence[Leg]) -> str:
     """Return the chain of all legs, or how many there are of each: ``"2 [R]RR + 1 [P]RP"``."""
-    counts = Counter(leg.chain for leg in legs)
+    counts = Counter(label_of(leg.chain) for leg in legs)
     if len(counts) == 1:
-        return legs[0].chain
+        return next(iter(counts))
     return " + ".join(f"{count} {chain}" for chain, count in counts.items())
 
 

@@ -173,25 +173,38 @@ def _headlines(found: Estimate) -> Iterator[Headline]:
     if found.heights is not None:
         yield from heights_headlines(found.heights)
     else:
-        yield from _error_headlines(found)
-        yield from _promised_headlines(found)
+        yield from list(_robot_headlines(found)) or _error_headlines(found)
     if found.degrees_of_freedom > 0:
         low, high = (each / found.degrees_of_freedom for each in (found.least, found.limit))
-        remark = f"{significant(low)} to {significant(high)} if noise and model are as declared"
+        remark = f"{significant(low)} to {significant(high)} for sound robots"
         if found.options.noise == "estimate":
             remark = "by construction, since the noise was estimated"
-        yield "Chi-square per degree of freedom", significant(found.chi_square_ratio), remark
+        yield "Chi-square per degree", significant(found.chi_square_ratio), remark
 
 
-def _promised_headlines(found: Estimate) -> Iterator[Headline]:
-    """What such robots are within over the workspace, if nothing speaks against the estimate."""
-    expected = found.expected
-    if expected is None or not found.trustworthy:
+def _robot_headlines(found: Estimate) -> Iterator[Headline]:
+    """The robot as drawn and as calibrated, and beside it what was measured of it.
+
+    Nothing where something speaks against the estimate, or no end-effector error was measured.
+    """
+    before, after, expected = found.before, found.after, found.expected
+    if not found.trustworthy or expected is None or before is None or after is None:
         return
+    at_poses, share = found.expected_accuracy(), percent(expected.confidence)
+    aligned = before.aligned is not None and after.aligned is not None
+    how = "frames aligned; " if aligned else ""
     for kind, unit in found.nominal.space.errors:
+        old, new = (
+            getattr(each.aligned if aligned else each, f"{kind}_rms") for each in (before, after)
+        )
+        # The fit takes to itself of the noise what it then errs by elsewhere.
+        instrument = math.hypot(new, getattr(at_poses, kind))
+        robot = math.sqrt(max(old**2 - instrument**2, 0.0))
         bound = milli(getattr(expected, f"{kind}_bound"), unit)
-        remark = f"{percent(expected.confidence)} of robots"
-        yield f"{kind.capitalize()} error to rely on, rms", bound, remark
+        value = became(robot, getattr(expected, kind), unit)
+        yield f"{kind.capitalize()} error, rms", value, f"{bound} in {share} of robots"
+        alone = milli(instrument, unit)
+        yield "  as measured", became(old, new, unit), f"{how}the instrument alone: {alone}"
 
 
 def _error_headlines(found: Estimate) -> Iterator[Headline]:

@@ -51,19 +51,19 @@ def page_text(page: Page, *, whole: bool = False, folder: str = "") -> str:
     """
     lines = [page.title, *([page.subtitle] if page.subtitle else [])]
     if page.judgement:
-        lines += [_filled(page.judgement)]
-    lines += [_filled(f"Doubt: {doubt}") for doubt in page.doubts]
+        lines += [filled(page.judgement)]
+    lines += [filled(f"Doubt: {doubt}") for doubt in page.doubts]
     blocks = ["\n".join(lines)]
     if page.headlines:
         blocks.append(_headlines(page.headlines))
     for section in page.sections:
         tables = [part for part in section.parts if isinstance(part, Table)]
         if whole:
-            blocks += ["\n".join([section.title.upper(), *map(_filled, section.paragraphs)])]
+            blocks += ["\n".join([section.title.upper(), *map(filled, section.paragraphs)])]
             blocks += [table_text(table) for table in tables]
         else:
             blocks += [table_text(_cut(table)) for table in tables if table.brief]
-    blocks += ["\n".join(_filled(f"Note: {note}") for note in page.notes)] if page.notes else []
+    blocks += ["\n".join(filled(f"Note: {note}") for note in page.notes)] if page.notes else []
     blocks += _next(page, folder)
     return _typed("\n\n".join(blocks))
 
@@ -74,7 +74,8 @@ def _headlines(headlines: Sequence[Headline]) -> str:
     indent = first + second + 4
     lines = []
     for label, value, remark in headlines:
-        folded = textwrap.wrap(remark, max(_width() - indent, _LEAST_REMARK)) or [""]
+        width = max(_width() - indent, _LEAST_REMARK)
+        folded = textwrap.wrap(remark, width, break_on_hyphens=False) or [""]
         lines.append(f"{label:<{first}}  {value:<{second}}  {folded[0]}".rstrip())
         lines += [" " * indent + more for more in folded[1:]]
     return "\n".join(lines)
@@ -88,18 +89,18 @@ def command_text(page: Page, folder: str = "") -> str:
 def _next(page: Page, folder: str) -> list[str]:
     """What to do now: a sentence, and the command to paste."""
     if not page.next_command:
-        return [_filled(f"Next: {page.next_step}")] if page.next_step else []
+        return [filled(f"Next: {page.next_step}")] if page.next_step else []
     command = command_text(page, folder)
     if not page.next_step:
         return [f"Next: {command}"]
-    return [f"{_filled(f'Next: {page.next_step}')}:\n  {command}"]
+    return [f"{filled(f'Next: {page.next_step}')}:\n  {command}"]
 
 
 def _width() -> int:
     return shutil.get_terminal_size().columns if sys.stdout.isatty() else _PIPE_WIDTH
 
 
-def _filled(sentence: str) -> str:
+def filled(sentence: str) -> str:
     """A sentence on lines that are not wider than the terminal; only spaces may be broken."""
     return textwrap.fill(
         sentence,

@@ -58,7 +58,8 @@ def quantity(value: float, unit: str, digits: int = 3) -> str:
 
 def setting(value: float, unit: str = "", digits: int = 5) -> str:
     """A number that was given, without the zeros that nobody wrote: ``0.1 mm``."""
-    return _signed(f"{value:.{digits}g}") + (_SPACE + unit if unit else "")
+    # No negative zero.
+    return _signed(f"{value + 0.0:.{digits}g}") + (_SPACE + unit if unit else "")
 
 
 def milli(value: float, unit: str) -> str:
