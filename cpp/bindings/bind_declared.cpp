@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <algorithm>
 #include <array>
 #include <map>
 #include <string>
@@ -74,7 +75,17 @@ Declaration make_declaration(const std::string& name, const std::string& space,
       {"planar pose", Compares::planar_pose},
       {"planar point", Compares::planar_point},
       {"distance", Compares::distance}};
-  Declaration made{name, space_named(space), {}, home_pose, home_joints, free};
+  const symkin::PoseSpace of = space_named(space);
+  const auto own = std::count_if(joints.begin(), joints.end(), [](const auto& joint) {
+    return std::get<3>(joint) == Joint::kOwn;
+  });
+  if (home_pose.size() != symkin::coordinate_count(of) || home_joints.size() != own) {
+    throw symkin::InvalidInput("a home of " + std::to_string(home_pose.size()) +
+                               " coordinates and " + std::to_string(home_joints.size()) +
+                               " joints; expected " + std::to_string(symkin::coordinate_count(of)) +
+                               " and " + std::to_string(own));
+  }
+  Declaration made{name, of, {}, home_pose, home_joints, free};
   for (const auto& [kind, axis, read, follows, ratio, offset] : joints) {
     made.leg.joints.push_back(
         {named(kinds, kind), Eigen::Vector3d(axis.data()), read, follows, ratio, offset});

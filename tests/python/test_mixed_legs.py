@@ -479,7 +479,7 @@ def test_pages_leave_cells_empty_where_a_leg_has_no_parameter(
     page = result.report(tmp_path / "report.html").read_text(encoding="utf-8")
     assert "2 [R]RR + 1 [P]RP" in page
     lines = [line.split() for line in nominal.check().text().splitlines()]
-    assert ["proximal_length,", "m", "0.22", "0.22", "-"] in lines
+    assert ["proximal_length,", "mm", "220", "220", "-"] in lines
 
 
 def test_legs_may_have_different_numbers_of_inner_joints(spatial: Mechanism) -> None:

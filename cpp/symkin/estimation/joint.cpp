@@ -9,7 +9,6 @@
 #include <optional>
 #include <utility>
 
-#include "symkin/estimation/detail/covariance.hpp"
 #include "symkin/estimation/detail/latent_problem.hpp"
 #include "symkin/estimation/detail/linear_fit.hpp"
 #include "symkin/estimation/detail/pose_recovery.hpp"
@@ -72,6 +71,17 @@ RowMatrix nearest_to_start(const RowMatrix& unseen, const Vector& tolerances, co
     weights[i] = tolerances[i] > 0 ? 1 : kFree * kFree;
   }
   return unseen.transpose() * weights.asDiagonal() * scale.cwiseInverse().asDiagonal();
+}
+
+// The covariance of the solution that obeys the rows A z = 0 exactly, from any that obeys them. By
+// orthogonal factors: rows that hold what nothing shows make the normal equations too coarse.
+RowMatrix inverse_of(const RowMatrix& rows, const Vector& scale) {
+  const RowMatrix scaled = rows * scale.asDiagonal();
+  const Vector lengths = inverse_column_lengths(scaled);
+  const RowMatrix factor = triangular_factor(scaled * lengths.asDiagonal());
+  const RowMatrix half =
+      scale.cwiseProduct(lengths).asDiagonal() * lower_inverse(factor.transpose()).transpose();
+  return product(half, half.transpose());
 }
 
 Vector typical_sizes(const Mechanism& mechanism, const Setup& start, const Layout& layout,
@@ -242,10 +252,10 @@ void determine(const LatentProblem& problem, const RowMatrix& information, const
     }
     return covariance;
   };
-  fit.covariance = unscaled = projected(inverse_information(full));
+  fit.covariance = unscaled = projected(inverse_of(full, scale));
   if (factor != 1) {
     full.topRows(of_data) /= std::sqrt(factor);
-    fit.covariance = projected(inverse_information(full));
+    fit.covariance = projected(inverse_of(full, scale));
   }
 }
 

@@ -191,6 +191,11 @@ double QuadraticForm::quantile(double probability, double noise_degrees) const {
   if (weights_.minCoeff() < 0) {
     throw InvalidInput("a quadratic form with weights of both signs has no quantile here");
   }
+  // Weights of any size: their squares and sums neither overflow nor vanish.
+  const double scale = weights_.maxCoeff();
+  if (scale != 1) {
+    return scale * QuadraticForm(weights_ / scale, degrees_).quantile(probability, noise_degrees);
+  }
   const double wanted = 1 - probability;
   // Of the logarithm, in which both tails are smooth; its zero is the quantile.
   const auto excess = [&](double log_value) {

@@ -322,7 +322,7 @@ _ALPHABET = np.frombuffer(
 )
 _LARGEST, _NONE = 4094, 4095
 _DECADES = 4  # of the condition number
-_BUDGET = 80_000  # characters of all nodes
+_BUDGET = 150_000  # characters of all nodes
 _MOST = 61  # nodes along an axis
 _TRIED = 1000  # poses, for the error of the interpolation
 _STATES = ("inside", "reach", "margin", "limits", "aspect", "conditioning")

@@ -4,8 +4,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ import symkin.model.file_frames
 from symkin import _core
 from symkin.analysis.observability import error_weight, expected_accuracy, mechanism_rows
 from symkin.errors import NotIdentifiableError
+from symkin.model.declared import declared_chain
 from symkin.model.sensor_table import SensorTable
 from symkin.model.settings import DrawnPoints
 from symkin.model.symmetry import map_poses
@@ -23,6 +25,7 @@ from symkin.planning import travel_length
 from symkin.planning.selection import LegRows
 
 MECHANISMS = ("3RRR", "5bar", "hexapod_jugglebot")
+DECLARED = Path(__file__).parents[3] / "mechanisms" / "declared" / "3RRR_four_bar.toml"
 
 
 @dataclass(frozen=True)
@@ -47,6 +50,7 @@ def calls() -> Iterator[Call]:
             yield Call(f"{name}: {call.name}", call.arrays, call.run, call.numbers)
     yield from _of_selection()
     yield from _of_statistics()
+    yield from _of_declared_legs()
 
 
 def _of_core(mechanism: symkin.Mechanism, poses: np.ndarray) -> Iterator[Call]:
@@ -613,6 +617,21 @@ def _of_statistics() -> Iterator[Call]:
         "_core.fleet_tolerances",
         {"information": np.tile(np.eye(3), (5, 1)), "scores": random.normal(size=(5, 3))},
         lambda information, scores: _core.fleet_tolerances(information, scores, [0, 1, 1]).factors,
+    )
+
+
+def _of_declared_legs() -> Iterator[Call]:
+    """A leg with a crank, declared joint by joint, told anew with wrong numbers."""
+    chain = declared_chain(symkin.load_mechanism(DECLARED).chains[0])
+    assert chain is not None
+    yield Call(
+        "_core.Declaration",
+        {"pose": np.array(chain.home_pose), "joints": np.array(chain.home_joints)},
+        lambda pose, joints: _core.redundant_scalars(
+            replace(
+                chain, home_pose=np.ravel(pose).tolist(), home_joints=np.ravel(joints).tolist()
+            ).core()
+        ),
     )
 
 

@@ -199,13 +199,15 @@ SolverOutcome minimise(Problem& problem, const SolverOptions& options, SolverWor
         return outcome;
       }
     }
+    bool linearised = false;  // wholly, at the state that was stepped to
     const auto take = [&](double slack) {
       problem.step(step);
-      return problem.linearise(next) && (next.cost - next.by_new_weights <= now.cost + slack);
+      linearised = problem.linearise(next);
+      return linearised && (next.cost - next.by_new_weights <= now.cost + slack);
     };
     const auto corrected = [&](double slack) {
       if constexpr (detail::HasCorrect<Problem>::value) {
-        for (int i = 0; i < kCorrections && std::isfinite(next.cost); ++i) {
+        for (int i = 0; i < kCorrections && linearised; ++i) {
           const double before = next.cost;
           const double predicted = steps.solve(next, kCorrectionDamping * damping, step).decrease;
           if (!(predicted > kReturn * (before - now.cost))) {

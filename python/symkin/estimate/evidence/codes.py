@@ -216,9 +216,8 @@ NOTES: Mapping[str, Code] = {
         "times the tolerance; the end effector is known better than by the drawing nevertheless"
     ),
     "parameters-weak": Code(
-        "the measurements say less than the tolerances of {names}: the standard deviation is "
-        "larger than the tolerance; what the platform does follows from combinations of these "
-        "parameters, which are known better"
+        "the drawing knows {names} better than the measurements do; what moves the platform, "
+        "combinations of them, is measured better"
     ),
     "rows-unguarded": Code(
         "a gross error in {which} would not be seen, since the estimate follows it: measure more "

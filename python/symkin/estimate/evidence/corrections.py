@@ -23,7 +23,7 @@ from symkin.data.measurements import Measurements
 from symkin.errors import FailedFitError, NotIdentifiableError, SymkinError
 from symkin.estimate.evidence.edits import corrections_of, pairs_of
 from symkin.estimate.evidence.findings import Doubt
-from symkin.estimate.evidence.trial import LITTLE, SECOND, Correction, Model, per_degree
+from symkin.estimate.evidence.trial import LITTLE, SECOND, Correction, Statement, per_degree
 from symkin.estimate.options import EstimateOptions
 from symkin.estimate.problem import observed_count
 from symkin.model.mechanism import Mechanism
@@ -175,7 +175,7 @@ def hypotheses_of(
         # Full poses are in the robot's own frame, and a mistake shows in all that was read there.
         nominal = nominal.replace(frames=None)
         options = dataclasses.replace(options, poses="all")
-    stated = Correction(_as_it_is, Model(nominal, options), measurements)
+    stated = Correction(_as_it_is, Statement(nominal, options), measurements)
     budget, legs = budget or Budget(), len(nominal.legs)
     alone = _judged(stated, budget.of(corrections_of(stated), legs), shaped)
     proposed = [each for each in alone if each.proposed]

@@ -24,7 +24,7 @@ from symkin.model.core_setup import core_setup
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import NoiseSettings
 
-__all__ = ["LITTLE", "SECOND", "Cause", "Correction", "Model", "per_degree"]
+__all__ = ["LITTLE", "SECOND", "Cause", "Correction", "Statement", "per_degree"]
 
 Array = NDArray[np.float64]
 Cause = Doubt | Callable[[_core.JointFit], Doubt | None]  # which may depend on the fit
@@ -38,7 +38,7 @@ _ASIDE = 0.1  # share of the poses that may remain without explanation, if not o
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Model:
+class Statement:
     """A robot and how it is fitted, with tolerances as priors; laid out once for all readings."""
 
     mechanism: Mechanism
@@ -78,7 +78,7 @@ class Correction(NamedTuple):
     """What to fit instead; `wide` counts unknowns besides."""
 
     cause: Cause
-    model: Model
+    model: Statement
     measurements: Measurements
     wide: int = 0
 
@@ -94,7 +94,7 @@ class Correction(NamedTuple):
 
     def of(self, cause: Cause, mechanism: Mechanism, options: EstimateOptions) -> Correction:
         """Of another robot, or fitted otherwise."""
-        return self._replace(cause=cause, model=Model(mechanism, options))
+        return self._replace(cause=cause, model=Statement(mechanism, options))
 
     def fit(
         self, steps: int, *, whole: bool = True, start: Array | None = None
