@@ -125,10 +125,10 @@ void describe_leg(const LegData& data, const LegEstimate& estimate, ConstVector 
 GoodnessOfFit goodness_of(const LegIdentification& leg, const LegEstimate& estimate,
                           const LinearFit& linear, const RobustLoss& loss, Index number,
                           Index legs) {
-  return loss.any() ? judged({number}, estimate.robust.chi_square,
-                             estimate.robust.degrees_of_freedom, legs)
-                    : goodness_of_fit(number, leg.standardised, linear,
-                                      leg.standardised.size(), legs);
+  return loss.any()
+             ? judged({number}, estimate.robust.chi_square, estimate.robust.degrees_of_freedom,
+                      legs)
+             : goodness_of_fit(number, leg.standardised, linear, leg.standardised.size(), legs);
 }
 
 // What robust_statistics() makes of the covariance, written as an influence: in place of the

@@ -94,17 +94,19 @@ int equation_count(Compares compares) {
 TransformGeometry::TransformGeometry(const TransformValues& values) {
   const auto value = [&](Slot slot) { return values[static_cast<std::size_t>(slot)]; };
   const auto axis = [&](Slot slot) { return axes.col(static_cast<int>(slot)); };
-  const Vector3d X = Vector3d::UnitX(), Y = Vector3d::UnitY(), Z = Vector3d::UnitZ();
-  const Matrix3d first = turn_about(Z, value(Slot::azimuth));
+  const Vector3d ux = Vector3d::UnitX();
+  const Vector3d uy = Vector3d::UnitY();
+  const Vector3d uz = Vector3d::UnitZ();
+  const Matrix3d first = turn_about(uz, value(Slot::azimuth));
   translation = first * Vector3d(value(Slot::x), value(Slot::y), value(Slot::z));
-  axes.leftCols<4>() << Z, first;
-  const Matrix3d yawed = first * turn_about(Z, value(Slot::yaw));
-  const Matrix3d pitched = yawed * turn_about(Y, value(Slot::pitch));
-  axis(Slot::yaw) = first * Z;
-  axis(Slot::pitch) = yawed * Y;
-  axis(Slot::roll) = pitched * X;
+  axes.leftCols<4>() << uz, first;
+  const Matrix3d yawed = first * turn_about(uz, value(Slot::yaw));
+  const Matrix3d pitched = yawed * turn_about(uy, value(Slot::pitch));
+  axis(Slot::yaw) = first * uz;
+  axis(Slot::pitch) = yawed * uy;
+  axis(Slot::roll) = pitched * ux;
   const Vector3d small(value(Slot::rx), value(Slot::ry), value(Slot::rz));
-  const Matrix3d turned = pitched * turn_about(X, value(Slot::roll));
+  const Matrix3d turned = pitched * turn_about(ux, value(Slot::roll));
   axes.rightCols<3>() = turned * left_jacobian(small);
   const double angle = small.norm();
   rotation = angle > 0 ? Matrix3d(turned * turn_about(small / angle, angle)) : turned;
