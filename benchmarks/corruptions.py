@@ -17,18 +17,11 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
+from false_alarms import WAYS, asked, plan_of
 
 import symkin
 from symkin.model.poses import quaternions_from_rotation_vectors
 
-WAYS: dict[str, dict[str, Any]] = {
-    "implicit": {},
-    "joint": {"estimator": "joint"},
-    "prior": {"prior": "tolerances"},
-    "frames": {"frames": ["base", "target"]},
-    "curved": {"sensor": "quadratic"},
-    "positions": {},
-}
 _WORSE = 1.5
 _POSES = 40
 
@@ -222,16 +215,10 @@ def verdict(
     """What is said of one robot."""
     random = np.random.default_rng(seed)
     chosen = sample[random.permutation(len(sample))[:_POSES]]
-    legs, none = np.full(len(chosen), -1), np.zeros(len(chosen), dtype=bool)
-    plan = symkin.Plan(
-        robot, legs, np.arange(len(chosen)), none, chosen, robot.inverse_kinematics(chosen)
-    )
-    made = symkin.simulate(robot, plan, seed)
+    made = symkin.simulate(robot, plan_of(robot, chosen), seed)
     sound = made.measurements.for_all_legs()
     wrong = corruption.change(robot, sound, random)
-    options = dict(WAYS[way])
-    if "frames" in options and not robot.space.turns:
-        options["frames"] = ["base"]
+    options = asked(robot, way)
     if way == "positions":
         kept = np.where(np.arange(sound.poses.shape[1]) < robot.space.size, 1.0, np.nan)
         sound, wrong = (replace(each, poses=each.poses * kept) for each in (sound, wrong))

@@ -57,15 +57,20 @@ def plan_of(mechanism: symkin.Mechanism, poses: np.ndarray) -> symkin.Plan:
     return symkin.Plan(mechanism, legs, np.arange(count), none, poses, readings)
 
 
+def asked(mechanism: symkin.Mechanism, way: str) -> dict[str, Any]:
+    """Arguments of `identify`; a target on a platform that never turns is the base's frame."""
+    options = dict(WAYS[way])
+    if "frames" in options and not mechanism.space.turns:
+        options["frames"] = ["base"]
+    return options
+
+
 def codes(mechanism: symkin.Mechanism, plan: symkin.Plan, seed: int, way: str) -> set[str]:
     """What is said of one robot, and "any" if it is anything."""
     observed = "position" if way == "positions" else "pose"
     taken = symkin.simulate(mechanism, plan, seed, observe=observed).measurements.for_all_legs()
-    options = dict(WAYS[way])
-    if "frames" in options and not mechanism.space.turns:
-        options["frames"] = ["base"]
     try:
-        found = symkin.identify(mechanism, taken, **options)
+        found = symkin.identify(mechanism, taken, **asked(mechanism, way))
     except symkin.SymkinError:
         return {"refused", "any"}
     said = {doubt.code for doubt in found.doubts}

@@ -208,6 +208,17 @@ class CheckResult(Result):
         return "legs" if redundant and not self.mechanism.noise.reading else "mechanism"
 
     @property
+    def next_command(self) -> str:
+        """The command that plans the measurements; empty while something must be changed first."""
+        unready = self.missing or self.sample is None or self.blind
+        if unready or self.mechanism.source is None:
+            return ""
+        asked = self.mechanism.identification
+        other = asked is not None and asked.unusual  # for which there is one design alone
+        design = "" if other else f" --design {self.design}"
+        return f"symkin plan {typed_name(self.mechanism)}{design} --out planned"
+
+    @property
     def next_step(self) -> str:
         """What to do now: what to change, or the command that plans the measurements."""
         if self.missing:
@@ -219,12 +230,7 @@ class CheckResult(Result):
                 "take a larger workspace, another sensor or fewer parameters; more poses do not "
                 "help"
             )
-        if self.mechanism.source is None:
-            return f"symkin.plan(mechanism, design={self.design!r})"
-        asked = self.mechanism.identification
-        other = asked is not None and asked.unusual  # for which there is one design alone
-        design = "" if other else f" --design {self.design}"
-        return f"symkin plan {typed_name(self.mechanism)}{design} --out planned"
+        return self.next_command or f"symkin.plan(mechanism, design={self.design!r})"
 
     def columns(self) -> Mapping[str, Sequence[Any]]:
         """Return a row a leg; legs count from 1, as in all tables."""

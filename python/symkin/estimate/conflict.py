@@ -16,7 +16,6 @@ __all__ = ["LIMIT", "DrawingConflict", "after_priors", "conflict_of"]
 Array = NDArray[np.float64]
 
 LIMIT = 5e-4  # share of sound robots that are doubted for being too far, and for being too near
-_NEVER = 1e-12  # of the largest eigenvalue of a covariance that is inverted
 
 
 @record

@@ -10,7 +10,7 @@ from typing import Literal
 from symkin.errors import one_of
 from symkin.estimate.unknowns import Gauge, LossPer, Priors, Sensor
 from symkin.model.settings import NoiseSettings
-from symkin.options import OPTIONS, Estimator, Loss, PoseUse
+from symkin.options import Estimator, Loss, PoseUse, flags_of
 from symkin.values import Value, record
 
 __all__ = ["EstimateOptions", "Estimator", "Loss", "PoseUse"]
@@ -51,16 +51,16 @@ class EstimateOptions(Value):
 
     def on_command_line(self) -> str | None:
         """The same as options of the command, each after a space; None if it cannot say them."""
-        words: list[str] = []
-        for each in dataclasses.fields(self):
-            value = getattr(self, each.name)
-            if value == each.default:
-                continue
-            for one in value if isinstance(value, tuple) else (value,):
-                if not isinstance(one, str | int | float):
-                    return None
-                words += [OPTIONS[each.name].flag, shlex.quote(str(one))]
-        return "".join(f" {word}" for word in words)
+        stated = {each.name: getattr(self, each.name) for each in dataclasses.fields(self)}
+        given = {
+            each.name: stated[each.name]
+            for each in dataclasses.fields(self)
+            if stated[each.name] != each.default
+        }
+        words = flags_of(given)
+        if not all(isinstance(value, str | int | float) for _, value in words):
+            return None
+        return "".join(f" {flag} {shlex.quote(str(value))}" for flag, value in words)
 
     def declared(self, noise: NoiseSettings) -> NoiseSettings:
         """The noise that was given, or else this."""

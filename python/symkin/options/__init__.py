@@ -7,7 +7,7 @@ and one help. Signatures repeat name, type and default, for editors to complete;
 
 from symkin.options.arguments import checks
 from symkin.options.option import Option
-from symkin.options.table import OPTIONS, checked
+from symkin.options.table import OPTIONS, checked, flags_of
 from symkin.options.words import (
     Criterion,
     Design,
@@ -46,4 +46,5 @@ __all__ = [
     "Visit",
     "checked",
     "checks",
+    "flags_of",
 ]

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Literal
+from typing import Any, Literal
 
 from symkin.options.option import Option
 from symkin.options.words import (
@@ -25,7 +25,7 @@ from symkin.options.words import (
     Visit,
 )
 
-__all__ = ["OPTIONS", "checked"]
+__all__ = ["OPTIONS", "checked", "flags_of"]
 
 # Titles of the groups that the short help leaves out
 _CHOOSING = "How poses are chosen"
@@ -159,6 +159,15 @@ _ALL = (
 )
 # fmt: on
 OPTIONS: Mapping[str, Option] = {each.name: each for each in _ALL}
+
+
+def flags_of(given: Mapping[str, Any]) -> list[tuple[str, Any]]:
+    """Return options as the command line has them: a flag and a value, again for each of many."""
+    return [
+        (OPTIONS[name].flag, each)
+        for name, value in given.items()
+        for each in (value if isinstance(value, tuple | list) else (value,))
+    ]
 
 
 def checked(**given: object) -> None:

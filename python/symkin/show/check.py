@@ -77,7 +77,6 @@ def check_summary(result: CheckResult) -> Page:
     mechanism, comparison = result.mechanism, result.comparison
     doubts = _doubts(result)
     exact = comparison.verdict == comparison.sensors == "exact"
-    commanded = result.next_step.startswith("symkin ")
     bad = result.blind or result.missing or result.unusable is not None
     return Page(
         title=f"{mechanism.name}: check",
@@ -87,8 +86,8 @@ def check_summary(result: CheckResult) -> Page:
         judgement=result.verdict,
         doubts=doubts,
         notes=_notes(result),
-        next_step="" if commanded else result.next_step,
-        next_command=result.next_step if commanded else "",
+        next_step="" if result.next_command else result.next_step,
+        next_command=result.next_command,
         inputs=sources(mechanism.source),
     )
 

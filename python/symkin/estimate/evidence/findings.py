@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 
 from symkin.errors import named_legs
 from symkin.estimate.evidence.codes import DOUBTS, NOTES, Code
+from symkin.options import flags_of
 from symkin.present import asker
 from symkin.values import Value, field, record
 
@@ -98,11 +99,7 @@ class _Finding(Value):
         """Return the options as one would write them."""
         if asker() == "python":
             return ", ".join(f"{name}={_literal(value)}" for name, value in self.options.items())
-        flags = []
-        for name, value in self.options.items():
-            many = value if isinstance(value, tuple | list) else (value,)
-            flags += [f"--{name.replace('_', '-')} {each}" for each in many]
-        return " ".join(flags)
+        return " ".join(f"{flag} {value}" for flag, value in flags_of(self.options))
 
     def _said(self, words: str) -> str:
         several = len(self.legs) != 1
