@@ -40,6 +40,10 @@ class Invariance : public EveryChain {
       case ActiveJoint::travel_from_point:  // in space, see spatial_test.cpp
       case ActiveJoint::angle_about_axis:
       case ActiveJoint::angle_from_meridian:
+      case ActiveJoint::joint_turn:  // of declared legs, see declared_model_test.cpp
+      case ActiveJoint::mirrored_joint_turn:
+      case ActiveJoint::joint_travel:
+      case ActiveJoint::mirrored_joint_travel:
         break;
     }
     return offset;
