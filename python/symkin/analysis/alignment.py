@@ -15,7 +15,6 @@ from symkin.data.columns import read_pose_values
 from symkin.data.measurements import Measurements
 from symkin.data.reading import read_measurements
 from symkin.errors import MeasurementError, SymkinError, one_of
-from symkin.files.mechanism_writer import toml_value
 from symkin.model.core_setup import core_setup
 from symkin.model.file_frames import as_drawn
 from symkin.model.mechanism import Mechanism
@@ -36,6 +35,7 @@ from symkin.model.settings import Frames, MeasurementColumns
 from symkin.options import checks
 from symkin.results import Result
 from symkin.storage.tables import Table, TableSource
+from symkin.storage.toml_file import toml_value
 from symkin.values import Value, field, record
 
 __all__ = [

@@ -195,6 +195,11 @@ def shipped_mechanisms() -> list[str]:
     return sorted(path.stem for path in _shipped_folder().glob("*.toml"))
 
 
+def is_shipped(path: Path) -> bool:
+    """Whether a file is one of those that come with symkin."""
+    return path.parent == _shipped_folder()
+
+
 def _shipped_folder() -> Path:
     package = Path(__file__).parents[1]
     installed = package / "mechanisms"

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
@@ -13,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from symkin.errors import SymkinError, known_extension
-from symkin.files.mechanism_file import read_mechanism
+from symkin.files.mechanism_comments import with_comments
+from symkin.files.mechanism_file import is_shipped, read_mechanism
 from symkin.files.mechanism_schema import ends_of
 from symkin.model.canonical import canonical
 from symkin.model.declared import declared_chain, label_of
@@ -33,6 +33,7 @@ from symkin.model.symmetry import generate_legs, generate_orbits, verify_declare
 from symkin.options import checks
 from symkin.storage.output_files import OutputFiles
 from symkin.storage.quantities import MOST, MOST_OF_DIRECTION
+from symkin.storage.toml_file import read_toml, toml_key, toml_value
 
 # Editors that know TOML look there for what a file may say.
 SCHEMA_LINE = "#:schema mechanism.schema.json"
@@ -53,7 +54,9 @@ def save_mechanism(
 ) -> None:
     """Write a mechanism as a TOML file that reads back to the same mechanism.
 
-    Points with negative radii are written as the same points with positive ones.
+    Points with negative radii are written as the same points with positive ones. The comments of
+    the file that the mechanism was read from are carried over, unless it comes with symkin; one
+    beside a value that has changed says of which value it was.
 
     Parameters
     ----------
@@ -77,13 +80,25 @@ def save_mechanism(
     known_extension(Path(path), ".toml")
     with OutputFiles(overwrite=overwrite) as outputs:
         target = outputs.file(Path(path))
-        text = mechanism_text(mechanism, header=header)
+        text = _commented(mechanism_text(mechanism, header=header), mechanism.source)
         target.write_text(text, encoding="utf-8", newline="")
         try:
             read_mechanism(target)
         except SymkinError as error:
             reason = str(error).replace(str(target), str(path))
             raise SymkinError(f"a file of this mechanism could not be read: {reason}") from error
+
+
+def _commented(text: str, source: Path | None) -> str:
+    """The text with the comments of the file that its mechanism was read from, if it still is."""
+    if source is None or source.suffix != ".toml" or is_shipped(source):
+        return text
+    try:
+        theirs, before = read_toml(source), read_mechanism(source)
+    except SymkinError:
+        return text
+    references = _written_legs(before)[1]
+    return with_comments(text, theirs.text, mechanism_text(before), references, (SCHEMA_LINE, _SI))
 
 
 def mechanism_text(mechanism: Mechanism, *, header: str = "") -> str:
@@ -113,27 +128,6 @@ def mechanism_text(mechanism: Mechanism, *, header: str = "") -> str:
     return "\n".join(parts)
 
 
-def toml_value(value: Any) -> str:
-    """Write a number, text, a list or a table in one line."""
-    if isinstance(value, Mapping):
-        pairs = (f"{_key(key)} = {toml_value(each)}" for key, each in value.items())
-        return "{ " + ", ".join(pairs) + " }"
-    if isinstance(value, list | tuple):
-        return "[" + ", ".join(map(toml_value, value)) + "]"
-    if isinstance(value, str):
-        # JSON's escapes are TOML's, which wants one for a further character.
-        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    # numpy's numbers show their type.
-    return repr(float(value)) if isinstance(value, float) else repr(int(value))
-
-
-def _key(name: str) -> str:
-    """A key as TOML wants it: patterns, and letters beyond ASCII, in quotation marks."""
-    return name if name.isascii() and name.replace("_", "a").isalnum() else toml_value(name)
-
-
 def _section(heading: str, values: _Values, notes: Mapping[str, str]) -> str:
     lines = [heading] if heading else []
     for name, value in values.items():
@@ -149,7 +143,7 @@ def _declared(mechanism: Mechanism) -> list[str]:
         declared = declared_chain(chain)
         if declared is None:
             continue
-        lines = [f"[chains.{_key(declared.label)}]"]
+        lines = [f"[chains.{toml_key(declared.label)}]"]
         for name, value in declared.table.items():
             if name in ("path", "platform_path", "rods", "loops"):
                 items = "".join(f"  {toml_value(each)},\n" for each in value)

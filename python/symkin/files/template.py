@@ -10,13 +10,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations
 
 from symkin.errors import MechanismError
-from symkin.files.mechanism_writer import SCHEMA_LINE, toml_value
+from symkin.files.mechanism_writer import SCHEMA_LINE
 from symkin.model.chains import ChainInfo, Leg, chain_info, require_mixable
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import POSE_SPACES
 from symkin.model.settings import DeclaredSymmetry, WorkspaceSettings
 from symkin.model.symmetry import generate_legs
 from symkin.storage.quantities import evaluate_quantity
+from symkin.storage.toml_file import toml_value
 
 _CHAIN = "joints from base to platform, the actuated one in brackets"
 _PLATFORM = '"rigid" if it moves and turns, "point" or "translating" if it only moves'

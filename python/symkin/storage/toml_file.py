@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import re
 import tomllib
@@ -51,7 +52,7 @@ class TomlSource:
 
     def line_of(self, keys: KeyPath) -> int:
         """Line, from 1, of a key or table header; of the nearest enclosing one if it is absent."""
-        lines = _lines_of_keys(self.text)
+        lines = lines_of_keys(self.text)
         found = (lines.get(keys[:length]) for length in range(len(keys), 0, -1))
         return next((line for line in found if line is not None), 1)
 
@@ -90,6 +91,27 @@ def read_toml(path: Path, kind: type[TomlFileError] = MechanismFileError) -> Tom
         raise kind(f"is not valid TOML: {reason}", path, line) from error
 
 
+def toml_value(value: Any) -> str:
+    """Write a number, text, a list or a table in one line."""
+    if isinstance(value, Mapping):
+        pairs = (f"{toml_key(key)} = {toml_value(each)}" for key, each in value.items())
+        return "{ " + ", ".join(pairs) + " }"
+    if isinstance(value, list | tuple):
+        return "[" + ", ".join(map(toml_value, value)) + "]"
+    if isinstance(value, str):
+        # JSON's escapes are TOML's, which wants one for a further character.
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    # numpy's numbers show their type.
+    return repr(float(value)) if isinstance(value, float) else repr(int(value))
+
+
+def toml_key(name: str) -> str:
+    """Write a key as TOML wants it: patterns, and letters beyond ASCII, in quotation marks."""
+    return name if name.isascii() and name.replace("_", "a").isalnum() else toml_value(name)
+
+
 def dotted(keys: KeyPath) -> str:
     """Write a path as ``legs[2].base_radius``; list items count from 1."""
     name = ""
@@ -98,9 +120,29 @@ def dotted(keys: KeyPath) -> str:
     return name
 
 
-def _lines_of_keys(text: str) -> dict[KeyPath, int]:
-    """Where each table, key and item begins: statements of TOML can be read one by one."""
-    places: dict[KeyPath, int] = {}
+@dataclass(frozen=True)
+class Statement:
+    """A statement of a TOML file: a header, a key with its value, or a line that says nothing."""
+
+    first: int  # line, from 0
+    end: int  # the line after its last
+    values: dict[str, Any]  # as if it stood alone
+    paths: list[KeyPath]  # of all that it gives, outer ones first; none of a comment
+    table: KeyPath  # in which it stands
+
+    @property
+    def path(self) -> KeyPath | None:
+        """Of its table if it is a header, of its key if not; none of a comment."""
+        if not self.paths:
+            return None
+        return self.table if self.paths[-1] == self.table else self.paths[0]
+
+
+def statements(text: str) -> Iterator[tuple[Statement, bool]]:
+    """The statements of a file and whether each ends there, since they can be read one by one.
+
+    One that goes on is given again with each of its lines.
+    """
     counts: dict[KeyPath, int] = {}  # of the tables in each list of tables
     table: KeyPath = ()
     lines = text.split("\n")
@@ -117,10 +159,17 @@ def _lines_of_keys(text: str) -> dict[KeyPath, int]:
             paths = [table[:length] for length in range(1, len(table) + 1)]
         else:
             paths = [(*table, *keys) for keys in _paths(values)]
-        for path in paths:
-            in_list = any(isinstance(key, int) for key in path[len(table) :])
-            places.setdefault(path, end if in_list else start + 1)
+        yield Statement(start, end, values, paths, table), complete
         start = end if complete else start
+
+
+def lines_of_keys(text: str) -> dict[KeyPath, int]:
+    """Line, from 1, where each table, key and item begins."""
+    places: dict[KeyPath, int] = {}
+    for each, _ in statements(text):
+        for path in each.paths:
+            in_list = any(isinstance(key, int) for key in path[len(each.table) :])
+            places.setdefault(path, each.end if in_list else each.first + 1)
     return places
 
 

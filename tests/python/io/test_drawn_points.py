@@ -18,7 +18,7 @@ from symkin.cli.options import Observing
 from symkin.data.pose_tables import read_pose_list
 from symkin.errors import MeasurementError, MechanismFileError
 from symkin.files.mechanism_schema import ends_of
-from symkin.files.mechanism_writer import mechanism_text, toml_value
+from symkin.files.mechanism_writer import mechanism_text
 from symkin.model.file_frames import (
     as_drawn,
     axis_of_drawing,
@@ -30,6 +30,7 @@ from symkin.model.file_frames import (
 from symkin.model.framing import unframed
 from symkin.model.poses import Transform, poses_of, rotations_from_vectors, transforms
 from symkin.model.settings import Frames
+from symkin.storage.toml_file import toml_value
 
 STAYS = Transform(np.eye(3), np.zeros(3))
 HERE = {"base": STAYS, "platform": STAYS}

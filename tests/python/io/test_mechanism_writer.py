@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 import symkin
 from symkin.errors import SymkinError, SymmetryError
-from symkin.files.mechanism_writer import save_mechanism, toml_value
+from symkin.files.mechanism_writer import save_mechanism
 from symkin.model.mechanism import Leg, Mechanism
 from symkin.model.settings import (
     DeclaredSymmetry,
@@ -26,6 +26,7 @@ from symkin.model.settings import (
     WorkspaceSettings,
 )
 from symkin.robot import load_mechanism
+from symkin.storage.toml_file import toml_value
 
 Write = Callable[..., Path]
 
@@ -91,8 +92,8 @@ def test_what_was_read_from_a_file_is_all_written_again(tmp_path: Path, name: st
         assert again.read_bytes() == path.read_bytes()
 
 
-def test_the_text_explains_itself(tmp_path: Path, paper: Mechanism) -> None:
-    save_mechanism(calibrated(paper), tmp_path / "calibrated.toml")
+def test_the_text_explains_itself(tmp_path: Path) -> None:
+    save_mechanism(calibrated(load_mechanism("3RRR")), tmp_path / "calibrated.toml")
     text = (tmp_path / "calibrated.toml").read_text()
     assert text.startswith("#:schema mechanism.schema.json\n")
     assert 'chain = "[R]RR"  # joints from base to platform' in text
@@ -284,3 +285,92 @@ def test_any_mechanism_reads_back(tmp_path: Path, mechanism: Mechanism) -> None:
 @pytest.mark.parametrize("key", ["base_radius", "leg1.*", "", "größe", "½", "x-y", 'a "b" \\'])
 def test_any_key_of_a_table_reads_back(key: str) -> None:
     assert tomllib.loads(f"table = {toml_value({key: 1})}") == {"table": {key: 1}}
+
+
+COMMENTED = """\
+# Robot 3 of the workshop.
+# Moved in May.
+
+schema = 1
+name = "mine"
+chain = "[R]RR"
+
+# Detached.
+
+# Of the drawing.
+[symmetry]  # rev C
+group = "C3"
+legs = 3
+
+[reference_leg]  # the motor beside the door
+working_mode = -1
+proximal_length = "0.4 m"  # rev C, #3
+distal_length = 0.4
+base_radius = "0.5 m"  # my own
+base_angle = "210 deg"
+platform_radius = "0.12 m"
+platform_angle = "270 deg"
+# Once calibrated.
+sensor_gain = 1
+sensor_offset = 0
+
+[workspace]
+x = [
+  "-0.1 m",  # as far as the table
+  # goes
+  "0.1 m",
+]
+y = ["-0.1 m", "0.1 m"]
+phi = ["-20 deg", "20 deg"]  # little
+# The end.
+"""
+
+
+def saved_again(mechanism: Mechanism, path: Path, header: str = "") -> str:
+    save_mechanism(mechanism, path, header=header, overwrite=True)
+    assert_same(load_mechanism(path), mechanism)
+    return path.read_text()
+
+
+def test_comments_of_the_user_survive_where_they_stand(write: Write, tmp_path: Path) -> None:
+    mechanism = load_mechanism(write(COMMENTED, "mine.toml"))
+    text = saved_again(mechanism, tmp_path / "same.toml")
+    for part in (
+        'written.\n\n# Robot 3 of the workshop.\n# Moved in May.\n\nschema = 1\nname = "mine"\n',
+        "\n\n# Detached.\n\n# Of the drawing.\n[symmetry]  # rev C\n",
+        "\n[reference_leg]  # the motor beside the door\n",
+        "\nproximal_length = 0.4  # m; rev C, #3\n",
+        "\nbase_radius = 0.5  # m; my own\n",
+        "\n# Once calibrated.\nsensor_gain = 1.0\n",
+        "\n# as far as the table\n# goes\nx = [-0.1, 0.1]  # m\n",
+        "  # rad; little\n",
+    ):
+        assert part in text, text
+    assert text.endswith("\n\n# The end.\n")
+    assert saved_again(load_mechanism(tmp_path / "same.toml"), tmp_path / "2.toml") == text
+
+
+def test_a_comment_beside_a_changed_value_says_which_value_it_was(
+    write: Write, tmp_path: Path
+) -> None:
+    mechanism = calibrated(load_mechanism(write(COMMENTED, "mine.toml")))
+    first = saved_again(mechanism, tmp_path / "1.toml", "Residual: 0.1 mm.")
+    assert '}  # m; was "0.4 m": rev C, #3\n' in first
+    assert "\n[[legs]]  # leg 1; the motor beside the door\n" in first
+    assert first.endswith("\n\n# The end.\n\n# Detached.\n\n# Of the drawing.\n# rev C\n")
+    again = calibrated(load_mechanism(tmp_path / "1.toml"), seed=2)
+    second = saved_again(again, tmp_path / "2.toml", "Residual: 0.2 mm.")
+    # The first value is what it was said of, and a former header is of the former numbers.
+    assert '}  # m; was "0.4 m": rev C, #3\n' in second
+    assert "0.1 mm" not in second
+    assert second.count("# The end.") == 1
+
+
+def test_comments_survive_when_a_file_is_replaced_by_what_was_read_from_it(write: Write) -> None:
+    path = write(COMMENTED, "mine.toml")
+    assert "# Once calibrated." in saved_again(load_mechanism(path), path)
+
+
+def test_remarks_on_shipped_mechanisms_are_not_made_of_other_robots(tmp_path: Path) -> None:
+    mechanism = calibrated(load_mechanism("3RRR"))
+    assert "SPDX" not in saved_again(mechanism, tmp_path / "calibrated.toml")
