@@ -5,7 +5,8 @@ With this package installed beside symkin, ``symkin study paper`` runs its study
 """
 
 from symkin.study.extension import StudyExtension
-from symkin_paper.claims import Claim, Evidence, Judgement, SliceErrors, judge
+from symkin_paper.claims import Claim, Judgement, judge
+from symkin_paper.evidence import Evidence, SliceErrors
 from symkin_paper.findings import (
     STUDY_FILE,
     LocalErrors,

@@ -352,6 +352,13 @@ def _assumptions(study: StudyResult, found: PaperFindings) -> Section:
         ("Solver of the traditional method", "the same Gauss-Newton, every leg from all poses",
          "the legs share no parameter, so one step for all is one step for each"),
         ("Poses out of reach", "replaced by spares", "the paper does not mention any"),
+        ("Errors of Figs. 9 and 10",
+         f"root mean squares over {plural(study.robots, 'robot')}",
+         "the paper seems to show one robot"),
+        ("RMSE", "against the poses that the calibrated robots take",
+         "the paper's seems to be against measured poses, with their noise"),
+        ("Poses over which errors are taken",
+         f"{plural(study.definition.evaluation_poses, 'pose')} of the pool", "the paper: 30 000"),
         ("Sign of the estimate", "subtracted in Eq. 26", "as printed, the iteration diverges"),
     ]  # fmt: skip
     table = Table("", ("What", "Here", "Remark"), [Group(rows)], wordy=True)

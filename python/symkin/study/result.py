@@ -22,7 +22,14 @@ from symkin.study.asymmetry import Curve, asymmetry_curves, linearity_curves, re
 from symkin.study.definition import Cell, StudyDefinition, extension_of
 from symkin.study.extension import StudyExtension
 from symkin.study.robots import Job
-from symkin.study.summaries import CellSummary, ErrorFigure, PairedComparison, Ratio
+from symkin.study.summaries import (
+    CellSummary,
+    ErrorFigure,
+    PairedComparison,
+    Ratio,
+    paired,
+    standard_error,
+)
 from symkin.values import Value, field, plain, record
 
 __all__ = ["Protocol", "Recommendation", "StudyResult", "recommend"]
@@ -125,7 +132,7 @@ class StudyResult(FolderResult):
         one, other = self.rows(first), self.rows(second)
         both = one["converged"] & other["converged"]
         ratios = [
-            _paired(one[name][both], other[name][both])
+            paired(one[name][both], other[name][both])
             for name in ("position_rms_m", "orientation_rms_rad")
         ]
         return PairedComparison(first, second, int(both.sum()), *ratios)
@@ -228,7 +235,7 @@ class StudyResult(FolderResult):
             orientation=orientation,
             combined=combined,
             coverage=_mean(inside),
-            coverage_error=_standard_error(inside),
+            coverage_error=standard_error(inside),
             chi_square=_mean(rows["chi_square_ratio"][good]),
             mapped_efficiency=_mean(rows["mapped_efficiency"]),
         )
@@ -275,27 +282,13 @@ def root_mean_square(values: Array) -> tuple[float, float, float]:
     mean = float(squares.mean())
     if mean == 0:
         return 0.0, 0.0, 0.0
-    interval = Ratio.of(math.log(mean) / 2, _standard_error(squares) / (2 * mean))
+    interval = Ratio.of(math.log(mean) / 2, standard_error(squares) / (2 * mean))
     return interval.value, interval.low, interval.high
-
-
-def _paired(one: Array, other: Array) -> Ratio:
-    if not len(one) or not one.any() or not other.any():
-        return Ratio(math.nan, math.nan, math.nan)
-    # To first order the logarithm of a ratio of means is the mean of this.
-    squares = one**2 / np.mean(one**2), other**2 / np.mean(other**2)
-    logarithm = math.log(np.mean(one**2) / np.mean(other**2)) / 2
-    return Ratio.of(logarithm, _standard_error(squares[0] - squares[1]) / 2)
 
 
 def _mean(values: Array) -> float:
     good = values[np.isfinite(values)]
     return float(good.mean()) if len(good) else math.nan
-
-
-def _standard_error(values: Array) -> float:
-    count = len(values)
-    return float(values.std(ddof=1) / math.sqrt(count)) if count > 1 else math.nan
 
 
 @record

@@ -6,11 +6,23 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
+import numpy as np
+from numpy.typing import NDArray
+
 from symkin.study.definition import Cell
 from symkin.study.robots import NORMAL_95
 from symkin.values import Value, field, record
 
-__all__ = ["CellSummary", "ErrorFigure", "PairedComparison", "Ratio"]
+__all__ = [
+    "CellSummary",
+    "ErrorFigure",
+    "PairedComparison",
+    "Ratio",
+    "paired",
+    "standard_error",
+]
+
+Array = NDArray[np.float64]
 
 
 @record
@@ -138,3 +150,19 @@ class PairedComparison(Value):
     robots: int
     position: Ratio
     orientation: Ratio
+
+
+def paired(one: Array, other: Array) -> Ratio:
+    """Compare root mean squares of the same robots, shape (robots,), by two protocols."""
+    if not len(one) or not one.any() or not other.any():
+        return Ratio(math.nan, math.nan, math.nan)
+    # To first order the logarithm of a ratio of means is the mean of this.
+    squares = one**2 / np.mean(one**2), other**2 / np.mean(other**2)
+    logarithm = math.log(np.mean(one**2) / np.mean(other**2)) / 2
+    return Ratio.of(logarithm, standard_error(squares[0] - squares[1]) / 2)
+
+
+def standard_error(values: Array) -> float:
+    """Of the mean; NaN of one value."""
+    count = len(values)
+    return float(values.std(ddof=1) / math.sqrt(count)) if count > 1 else math.nan
