@@ -197,7 +197,7 @@ def test_poses_that_a_controller_reports_tell_where_the_device_stands(tmp_path: 
     assert taken.reported is not None
     readings = simulation.actual.inverse_kinematics(taken.reported)
     assert np.abs(readings - taken.readings).max() < 0.01
-    measured, reported = symkin.analysis.alignment.poses_of_mechanism(
+    measured, reported, _ = symkin.analysis.alignment.poses_of_mechanism(
         made, tmp_path / "measurements.csv"
     )
     assert reported == pytest.approx(taken.reported)

@@ -11,6 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
+from symkin.analysis.frame_fit import align
+from symkin.analysis.reflectors import body_of, in_three, is_tracked, motions_of
 from symkin.data.columns import read_pose_values
 from symkin.data.measurements import Measurements
 from symkin.data.reading import read_measurements
@@ -20,12 +22,8 @@ from symkin.model.file_frames import as_drawn
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import (
     POSE_SPACES,
-    STAYS,
     Transform,
-    cross_matrices,
-    in_plane,
     moved,
-    nearest_rotation,
     poses_of,
     rotations_from_vectors,
     space_named,
@@ -42,6 +40,7 @@ __all__ = [
     "Alignment",
     "Convention",
     "ConventionFit",
+    "SeenPoses",
     "align_frames",
     "poses_of_columns",
     "poses_of_mechanism",
@@ -50,10 +49,6 @@ __all__ = [
 Array = NDArray[np.float64]
 Convention = Literal["as measured", "inverse", "conjugate", "scalar first", "mirrored"]
 
-_STEPS = 50
-_CONVERGED = 1e-12  # of the step (m, rad), or of the share of the cost that it saves
-_DEGENERATE = 1e-11  # of the largest eigenvalue: a frame's motion that no pose shows
-_FEW = 500  # poses that decide which start is the best
 _PLAINLY = 3.0  # times: a convention fits if the next one leaves so much more
 _STEP = 1e-6
 _UNSEEN = 1e-9  # of the largest eigenvalue
@@ -92,7 +87,7 @@ class Alignment(Result):
     Attributes
     ----------
     frames : Frames
-        The base in the device's frame, and the target in the platform's.
+        The base in the device's frame, and the target in the platform's; or points there.
     base_deviations, target_deviations : ndarray, shape (6,) spatially, else (3,)
         Standard deviations, m and rad, from what is left; infinite where the poses do not tell. NaN
         of the target of a platform that never turns, which counts as the platform itself.
@@ -169,10 +164,12 @@ class Alignment(Result):
         notes = {
             "base": "of the robot in the frame of the measuring device",
             "target": "in the platform's frame",
+            "points": "in the platform's frame",
         }
         lines = [
             f"{name} = {toml_value(getattr(self.frames, name))}  # {note}"
             for name, note in notes.items()
+            if name == "base" or getattr(self.frames, name)
         ]
         return "\n".join(["[frames]", *lines]) + "\n"
 
@@ -187,6 +184,7 @@ class Alignment(Result):
 def align_frames(
     measured: ArrayLike,
     robot: ArrayLike,
+    points: ArrayLike | None = None,
     *,
     convention: Convention | None = None,
     length: float = 1.0,
@@ -204,6 +202,9 @@ def align_frames(
     robot : array_like, shape (N, coordinates)
         Poses of the platform in the base's frame: reported by the controller, or of the forward
         kinematics. Rows with NaN in either are left out.
+    points : array_like, shape (n, 2 or 3), optional
+        Points of the target in its own frame, if the measured poses are theirs, m: the frames that
+        are found have these on the platform, instead of a target.
     convention : str, optional
         How to take the measured poses, see `ConventionFit`; by default whichever fits best, which
         the result says.
@@ -245,7 +246,7 @@ def align_frames(
         np.linalg.norm(part, axis=1) for part in (differences[:, :size], differences[:, size:])
     )
     return Alignment(
-        frames=Frames(*(tuple(each.tangent[shown].tolist()) for each in (base, target))),
+        frames=_frames(base, target, points, space),
         base_deviations=deviations[: len(shown)],
         target_deviations=deviations[len(shown) :],
         convention=best.convention,
@@ -260,140 +261,13 @@ def align_frames(
     )
 
 
-def align(
-    poses: Transform, wanted: Transform, length: float, pose_space: str
-) -> tuple[Transform, Transform] | None:
-    """Find the constant motions that bring poses nearest to those wanted.
-
-    Least squares of ``base @ poses @ tool`` against the wanted poses, where a rotation counts as
-    the way of a point at `length` from the centre.
-
-    Parameters
-    ----------
-    poses, wanted : Transform
-        One motion from platform to base frame for each of N poses.
-    length : float
-        m.
-    pose_space : {"planar", "point", "spatial", "translating", "spherical"}
-        A planar pose is moved in its plane. A platform that never turns has no tool frame, since
-        the base frame does the same.
-
-    Returns
-    -------
-    tuple of Transform, or None
-        Base and tool; None for so few poses that they would always fit. Where the poses do not tell
-        base and tool apart, either does.
-    """
-    space = POSE_SPACES[pose_space]
-    base_free, tool_free = space.frame_components, space.frame_components if space.turns else []
-    if space.dof * len(wanted.translation) <= len(base_free) + len(tool_free):
-        return None
-    problem = _Problem(poses, wanted, length, base_free, tool_free)
-    few = problem.some(_FEW)
-    best = min((few.polished(*start) for start in few.starts()), key=lambda each: few.cost(*each))
-    return problem.polished(*best)
-
-
-class _Problem(NamedTuple):
-    poses: Transform
-    wanted: Transform
-    length: float
-    base_free: list[int]
-    tool_free: list[int]
-
-    def some(self, count: int) -> _Problem:
-        """The same with about so many of the poses, evenly spread."""
-        rows = slice(None, None, max(1, len(self.poses.translation) // count))
-        return self._replace(
-            poses=Transform(*(part[rows] for part in self.poses)),
-            wanted=Transform(*(part[rows] for part in self.wanted)),
-        )
-
-    def residuals(self, base: Transform, tool: Transform) -> Array:
-        # A point has no orientation, so that the base may turn without a rotation error.
-        scale = np.repeat([1.0, self.length if self.tool_free else 0.0], 3)
-        return np.asarray(moved(base, self.poses, tool, self.wanted) * scale)
-
-    def cost(self, base: Transform, tool: Transform) -> float:
-        return float(np.sum(self.residuals(base, tool) ** 2))
-
-    def starts(self) -> Iterator[tuple[Transform, Transform]]:
-        """No motion; what the rotations say; what the positions say."""
-        yield STAYS, STAYS
-        turns, wanted_turns = self.poses.rotation, self.wanted.rotation
-        count = len(turns)
-        if 3 in self.base_free:
-            # From R_Y = R_B R_P R_T: kron(R_P, R_Y) vec(R_T) = vec(R_B') for all poses alike.
-            product = np.einsum("nab,ncd->acbd", turns, wanted_turns).reshape(9, 9)
-            stacked = np.linalg.svd(product)[0][:, 0].reshape(3, 3).T
-            yield self._turned(stacked * np.sign(np.linalg.det(stacked)))
-        # p_Y = b + R_B p_P + R_Y (R_T' t) is linear in b, R_B and R_T' t.
-        points = np.einsum("ij,nk->nijk", np.eye(3), self.poses.translation).reshape(count, 3, 9)
-        every = np.broadcast_to(np.eye(3), (count, 3, 3))
-        matrix = np.concatenate([points, every, wanted_turns], axis=2).reshape(3 * count, 15)
-        solution = np.linalg.lstsq(matrix, self.wanted.translation.ravel(), rcond=1e-9)[0]
-        turn = solution[:9].reshape(3, 3)
-        yield self._turned(turn if 3 in self.base_free else in_plane(turn))
-
-    def _turned(self, near_base: Array) -> tuple[Transform, Transform]:
-        """Frames turned as this matrix nearly says; the first step moves them."""
-        base = nearest_rotation(near_base)
-        tool = np.eye(3)
-        if self.tool_free:
-            tool = nearest_rotation(
-                np.mean(
-                    np.swapaxes(base @ self.poses.rotation, 1, 2) @ self.wanted.rotation, axis=0
-                )
-            )
-        return Transform(base, np.zeros(3)), Transform(tool, np.zeros(3))
-
-    def polished(self, base: Transform, tool: Transform) -> tuple[Transform, Transform]:
-        """Gauss-Newton, with halved steps where a whole one leads upwards."""
-        cost = self.cost(base, tool)
-        for _ in range(_STEPS):
-            step, decrease = self._step(base, tool)
-            if decrease <= _CONVERGED * cost or np.abs(step).max() < _CONVERGED:
-                break
-            size = 1.0
-            while size > 1e-6:
-                new = _stepped(base, tool, size * step)
-                new_cost = self.cost(*new)
-                if new_cost <= cost:
-                    break
-                size /= 2
-            else:
-                break
-            (base, tool), cost = new, new_cost
-        return base, tool
-
-    def _step(self, base: Transform, tool: Transform) -> tuple[Array, float]:
-        """Tangents (12) of base (on its left) and tool (on its right), and what the cost loses."""
-        found = base @ self.poses @ tool
-        columns = np.zeros((len(found.translation), 6, 12))
-        columns[:, :3, :3] = np.eye(3)
-        columns[:, :3, 3:6] = -cross_matrices(found.translation - base.translation) / self.length
-        columns[:, 3:, 3:6] = np.eye(3) if self.tool_free else 0.0
-        columns[:, :3, 6:9] = base.rotation @ self.poses.rotation
-        columns[:, 3:, 9:] = found.rotation
-        # The derivative of a rotation vector is left out: it does not change the gradient.
-        free = [*self.base_free, *(6 + index for index in self.tool_free)]
-        matrix = columns[:, :, free].reshape(-1, len(free))
-        gradient = matrix.T @ self.residuals(base, tool).ravel()
-        values, vectors = np.linalg.eigh(matrix.T @ matrix)
-        shown = values > _DEGENERATE * values[-1]
-        along = vectors[:, shown].T @ gradient
-        step = np.zeros(12)
-        step[free] = -vectors[:, shown] @ (along / values[shown])
-        step /= np.tile(np.repeat([1.0, self.length], 3), 2)
-        return step, float(np.sum(along**2 / values[shown]))
-
-
-def _stepped(base: Transform, tool: Transform, step: Array) -> tuple[Transform, Transform]:
-    turns = rotations_from_vectors(np.stack([step[3:6], step[9:]]))
-    return (
-        Transform(turns[0] @ base.rotation, base.translation + step[:3]),
-        Transform(tool.rotation @ turns[1], tool.translation + step[6:9]),
-    )
+def _frames(base: Transform, target: Transform, points: ArrayLike | None, space: str) -> Frames:
+    shown, size = POSE_SPACES[space].frame_components, POSE_SPACES[space].size
+    outer, inner = (tuple(each.tangent[shown].tolist()) for each in (base, target))
+    if points is None:
+        return Frames(outer, inner)
+    own = in_three(np.asarray(points, dtype=float)) @ target.rotation.T + target.translation
+    return Frames(outer, points=tuple(map(tuple, own[:, :size].tolist())))
 
 
 def poses_of_columns(table: Table, names: Sequence[str], angles: str | None = None) -> Array:
@@ -449,24 +323,44 @@ def poses_of_columns(table: Table, names: Sequence[str], angles: str | None = No
     return poses_of("spatial", Transform(rotation, values.positions))
 
 
+class SeenPoses(NamedTuple):
+    """Poses of a target and of the robot, row by row, as `align_frames` takes them.
+
+    Attributes
+    ----------
+    measured, robot : ndarray, shape (N, coordinates)
+        NaN where they were not measured in full, or the robot cannot take them.
+    points : ndarray, shape (n, 3), or None
+        Points that the measured poses are of, in their own frame, m; None of poses as such.
+    """
+
+    measured: Array
+    robot: Array
+    points: Array | None = None
+
+
 def poses_of_mechanism(
     mechanism: Mechanism,
     source: TableSource,
     columns: MeasurementColumns | None = None,
     *,
     ignore: Sequence[str] = (),
-) -> tuple[Array, Array]:
+) -> SeenPoses:
     """Return the measured poses of a table, and the robot's own, reported or calculated.
 
-    Rows that were not measured in full, or that the robot cannot take, are NaN.
+    Where points were measured instead of poses, three of them (two in the plane) are a target.
 
-    Returns
-    -------
-    tuple of ndarray, shape (N, coordinates)
+    Raises
+    ------
+    MeasurementError
+        Without readings or reported poses, and for points that make no target.
     """
     taken = read_measurements(source, mechanism, columns, ignore=ignore)
+    measured, points = taken.poses, None
+    if is_tracked(taken) and not np.isfinite(measured).all(axis=1).any():
+        measured, points = _of_points(mechanism, taken)
     if taken.reported is not None:
-        return taken.poses, as_drawn(mechanism, taken.reported)
+        return SeenPoses(measured, as_drawn(mechanism, taken.reported), points)
     read = np.flatnonzero(np.isfinite(taken.readings).all(axis=1))
     if not len(read):
         raise MeasurementError("no row has readings of all legs, nor a reported pose")
@@ -480,7 +374,29 @@ def poses_of_mechanism(
         alone.observations(mechanism.noise),
         mechanism.home,
     )
-    return taken.poses, as_drawn(mechanism, own)  # frames are for the mechanism's file
+    # Frames are for the mechanism's file.
+    return SeenPoses(measured, as_drawn(mechanism, own), points)
+
+
+def _of_points(mechanism: Mechanism, taken: Measurements) -> tuple[Array, Array]:
+    """Poses of the body that points are, and the points in its frame."""
+    assert taken.points is not None
+    space, seen = mechanism.space, in_three(taken.points)
+    if space.turns:
+        body = body_of(seen, space)
+    else:  # all of them do the same
+        body = np.nanmean(seen - np.nanmean(seen[:, :1], axis=0), axis=0)
+    if body is None:
+        least = "three points that are not in a line" if space.in_space else "two points"
+        raise MeasurementError(
+            f"these points are no pose: frames alone need {least}, seen together; symkin identify "
+            "finds the device and the places of fewer, --free base if the geometry is trusted"
+        )
+    motions = motions_of(seen, body, space)
+    known = np.isfinite(motions.translation).all(axis=1)
+    poses = np.full_like(taken.poses, np.nan)
+    poses[known] = poses_of(space.name, Transform(*(each[known] for each in motions)))
+    return poses, body
 
 
 def _taken(way: Convention, device: Array, space: str) -> Transform | None:

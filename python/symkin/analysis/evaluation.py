@@ -12,12 +12,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
-from symkin.analysis.alignment import align
+from symkin.analysis.frame_fit import align
+from symkin.analysis.reflectors import own_poses
 from symkin.analysis.workspace import WorkspaceSample, sample_workspace
 from symkin.data.measurements import Measurements
 from symkin.data.reading import Measured, as_measurements
 from symkin.errors import SymkinError
-from symkin.model.framing import unframed
 from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.model.mechanism import Mechanism, require_same_shape
 from symkin.model.poses import (
@@ -26,6 +26,7 @@ from symkin.model.poses import (
     Transform,
     moved,
     pose_rows,
+    poses_of,
     rotations_from_vectors,
     transforms,
 )
@@ -33,7 +34,7 @@ from symkin.options import checks
 from symkin.results import Result
 from symkin.values import Value, field, plain, record
 
-__all__ = ["AlignedErrors", "Evaluation", "closures_of", "evaluate", "pose_differences"]
+__all__ = ["AlignedErrors", "Evaluation", "at_arm", "closures_of", "evaluate", "pose_differences"]
 
 Array = NDArray[np.float64]
 # Root mean square and maximum of the distance (m) and of the angle (rad), and of how many poses.
@@ -286,7 +287,8 @@ def evaluate(
     measurements : Measurements, Simulation, or what `read_measurements` reads
         Errors are those of the model's forward kinematics at the measured readings; a row without
         all readings is left out. The poses are those of the target in the device's frame if the
-        model has `frames`.
+        model has `frames`. Where points were measured instead of poses, these are what the points
+        say of the platform, and the errors those in their middle.
 
     Raises
     ------
@@ -298,10 +300,10 @@ def evaluate(
     numbers = None
     if measurements is not None:
         measurements = as_measurements(measurements, model)
+    arm = np.zeros(3)
     if measurements is not None and actual is None and poses is None:
-        if model.frames is not None:
-            own = unframed(model, measurements.poses)
-            measurements = dataclasses.replace(measurements, poses=own)
+        own, arm = own_poses(model, measurements)
+        measurements = dataclasses.replace(measurements, poses=own)
         whole = np.isfinite(measurements.poses).all(axis=1)
         measurements.require_table(model.sensor_table)
         if not whole.any():
@@ -333,6 +335,10 @@ def evaluate(
         errors.evaluated,
     )
     result = Evaluation.of(errors.differences, rows, model, row_numbers=numbers, figures=figures)
+    if arm.any():
+        result = Evaluation.of(
+            *at_arm(errors.differences, rows, arm, model.space), model, row_numbers=numbers
+        )
     if measurements is None:
         return result
     partial = int((~whole).sum())
@@ -343,6 +349,20 @@ def evaluate(
         closures=closures_of(model, measurements),
         notes=measurements.notes,
     )
+
+
+def at_arm(differences: Array, poses: Array, arm: Array, space: PoseSpace) -> tuple[Array, Array]:
+    """Differences of poses, and the poses, of another place on the platform than its origin.
+
+    `arm` is that place in the platform's frame, m, shape (3,).
+    """
+    wanted = transforms(space.name, poses)
+    steps = np.zeros((len(poses), 6))
+    steps[:, space.components] = differences
+    turned = rotations_from_vectors(steps[:, 3:]) @ wanted.rotation
+    steps[:, :3] += (turned - wanted.rotation) @ arm
+    there = wanted @ Transform(np.eye(3), arm)
+    return steps[:, space.components], poses_of(space.name, there)
 
 
 def pose_differences(model: Mechanism, measurements: Measurements) -> Array:

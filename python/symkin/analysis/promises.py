@@ -51,6 +51,9 @@ class ExpectedAccuracy(Value):
         these, m and rad.
     position_anywhere, orientation_anywhere : float
         What the same share of such robots is within at every pose, m and rad; None if nobody asked.
+    up_to_frames : bool
+        Whether errors are those that no other base and platform frame would take away, since no
+        observation shows where the platform's frame is.
     """
 
     position: float = field(unit="rms_m")
@@ -62,6 +65,7 @@ class ExpectedAccuracy(Value):
     orientation_bound: float = field(unit="rms_rad", default=math.nan)
     position_anywhere: float | None = field(unit="m", default=None)
     orientation_anywhere: float | None = field(unit="rad", default=None)
+    up_to_frames: bool = False
 
 
 def promised(

@@ -338,7 +338,7 @@ def align(
         folder = outputs.folder(out, *telling.of_files(names)) if out else None
         stage("reading the poses")
         if model is not None:
-            measured, own = poses_of_mechanism(
+            measured, own, points = poses_of_mechanism(
                 model, table, columns_of(columns), ignore=ignore or ()
             )
             space = model.pose_space
@@ -346,10 +346,10 @@ def align(
             read = read_table(table)
             measured = poses_of_columns(read, (device or "").split(","))
             own = poses_of_columns(read, (robot or "").split(","), angles)
-            space = ""
+            space, points = "", None
         stage("aligning the frames")
         found = symkin.align_frames(
-            measured, own, convention=convention, length=length, pose_space=space
+            measured, own, points, convention=convention, length=length, pose_space=space
         )
         if folder:
             (folder / names[0]).write_text(found.frames_text(), encoding="utf-8")

@@ -11,7 +11,8 @@ from typing import Any, SupportsIndex
 import numpy as np
 from numpy.typing import NDArray
 
-from symkin.analysis.evaluation import Evaluation, closures_of, pose_differences
+from symkin.analysis.evaluation import Evaluation, at_arm, closures_of, pose_differences
+from symkin.analysis.reflectors import own_poses, whole
 from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError
 from symkin.estimate.evidence.corrections import explained
@@ -19,7 +20,6 @@ from symkin.estimate.fit import by_leg
 from symkin.estimate.options import EstimateOptions
 from symkin.estimate.problem import KINDS, OBSERVED, Rows
 from symkin.estimate.solution import settled, together
-from symkin.model.framing import unframed
 from symkin.model.mechanism import Mechanism
 from symkin.results import Result
 from symkin.values import field, record
@@ -107,14 +107,13 @@ def cross_validation_of(
     fold_of[_rarely_observed(measurements, folds)] = -1
     residuals: Array = np.full(readings.shape, np.nan)
     differences = np.full((len(taken), mechanism.straight.dof), np.nan)
-    whole = np.asarray(np.isfinite(taken).all(axis=1))
-    complete = whole & np.isfinite(readings).all(axis=1)
+    read = whole(readings)
     own = np.array(taken)
+    places = np.array(taken)  # of what was measured, where its place on the platform is its own
     squares: dict[str, list[float]] = {}
     converged = True
     for fold in np.unique(fold_of[fold_of >= 0]).tolist():
         unseen = np.flatnonzero(fold_of == fold)
-        full, kept = unseen[whole[unseen]], unseen[complete[unseen]]
         part = measurements.subset(np.flatnonzero(fold_of != fold))
         refused = explained(mechanism, part, options, by_leg=legs)
         with without_part(fold, folds), refused:
@@ -123,18 +122,24 @@ def cross_validation_of(
         if not legs:
             left = settled(found.mechanism, found.noise, measurements.subset(unseen))
             _add_squares(squares, Rows.of(left.fit()), mechanism)
-            own[full] = unframed(found.mechanism, taken[full])
+            own[unseen], arm = own_poses(found.mechanism, measurements.subset(unseen))
+        full = unseen[whole(own[unseen])]
+        kept = full[read[full]]
         there = dataclasses.replace(measurements, poses=own)
         residuals[full] = closures_of(found.mechanism, there.subset(full))
         if len(kept):
-            differences[kept] = pose_differences(found.mechanism, there.subset(kept))
+            by_origin = pose_differences(found.mechanism, there.subset(kept))
+            differences[kept], places[kept] = at_arm(
+                by_origin, own[kept], np.zeros(3) if legs else arm, mechanism.space
+            )
     for leg in range(len(mechanism.legs) if legs else 0):
         residuals[~np.isin(np.arange(len(taken)), measurements.rows_of(leg)), leg] = np.nan
     known, evaluation = np.isfinite(residuals).any(), None
+    complete = whole(own) & read
     if np.isfinite(differences).any():
         evaluation = Evaluation.of(
             differences[complete],
-            own[complete],
+            places[complete],
             mechanism,
             row_numbers=measurements.row_numbers[complete],
         )

@@ -15,6 +15,7 @@ from symkin import _core
 from symkin.analysis.evaluation import Evaluation, closures_of, evaluate
 from symkin.analysis.observability import expected_accuracy
 from symkin.analysis.promises import CONFIDENCE, ExpectedAccuracy
+from symkin.analysis.reflectors import own_poses
 from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError
 from symkin.estimate.closures import closure_influence, closure_rows
@@ -40,7 +41,6 @@ from symkin.estimate.precision import (
     survey_of,
 )
 from symkin.estimate.solution import settled, together
-from symkin.model.framing import unframed
 from symkin.model.mechanism import Mechanism
 from symkin.values import field, record
 
@@ -249,8 +249,9 @@ class Examined(Found[M]):
     @property
     def own_poses(self) -> Array:
         """The measured poses in the robot's own frame, as the calibrated mechanism has it."""
-        poses = self.measurements.poses
-        return poses if self.legs else unframed(self.mechanism, poses)
+        if self.legs:
+            return self.measurements.poses
+        return own_poses(self.mechanism, self.measurements).poses
 
     @property
     @once

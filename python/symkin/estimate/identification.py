@@ -8,9 +8,11 @@ import os
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal, cast
 
+import numpy as np
 from typing_extensions import TypeVar
 
 from symkin.analysis.probing import is_marked, is_probed, refuse_commanded, with_probing_defaults
+from symkin.analysis.reflectors import is_tracked, with_tracking_defaults
 from symkin.data.measurements import Measurements
 from symkin.data.reading import Measured, as_measurements
 from symkin.errors import SymkinError
@@ -179,6 +181,9 @@ def _wanted(
 ) -> dict[str, Any]:
     """What was asked for, by the arguments, the file, or what was measured."""
     wanted = with_file_settings(given, mechanism.identification)
+    if is_tracked(measurements):
+        turned = bool(np.isfinite(measurements.poses).any())
+        return with_tracking_defaults(wanted, mechanism, turned=turned)
     if not is_probed(measurements):
         return wanted
     marked = is_marked(measurements)

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import ClassVar, Literal
 
 import numpy as np
@@ -106,9 +107,13 @@ def unknowns_of(
     # What was not said to be anywhere has no nominal place.
     curved = nominal.curvature is not None
     straight = nominal.replace(curvature=None) if curved else nominal
-    drawn = scalar_values(core_setup(straight, nominal.curvature))
     given = nominal.frames or Frames()
+    count = sum(name.startswith("point") and name.endswith(".x") for name in layout.scalars)
+    points = (*given.points, *((),) * (count - len(given.points)))
+    whole = straight.replace(frames=dataclasses.replace(given, points=points))
+    drawn = scalar_values(core_setup(whole, nominal.curvature))
     places = {"base": given.base, "target": given.target, "plane": given.plane}
+    places |= {f"point{i + 1}": place for i, place in enumerate(points)}
     hidden = np.linalg.norm(unseen, axis=1) if unseen.size else np.zeros(len(layout.names))
     found = []
     for i, name in enumerate(layout.scalars):
@@ -118,7 +123,7 @@ def unknowns_of(
         curved = of_leg and own in ("sensor_quadratic", "sensor_cosine", "sensor_sine")
         if not name or (column < 0 and curved and values[i] == 0):
             continue
-        if not of_leg and column < 0 and not places.get(block, block[:5] in ("point", "ancho")):
+        if not of_leg and column < 0 and not places.get(block, block[:5] == "ancho"):
             continue
         has_place = of_leg or places.get(block, True)
         tolerance = layout.tolerances[i]

@@ -15,6 +15,7 @@ from symkin.analysis.observability import name_combination
 from symkin.analysis.observed import Observable, Observed
 from symkin.analysis.probing import CALIPER, is_probed
 from symkin.analysis.promises import CONFIDENCE, anywhere, promised
+from symkin.analysis.reflectors import is_tracked
 from symkin.analysis.workspace import sample_workspace
 from symkin.errors import SymkinError
 from symkin.estimate.blunders import without_blunders
@@ -121,6 +122,9 @@ class Expected(Value):
         Poses of the workspace in the figures.
     held : HeldByPriors or None
         The part that priors leave, since the observations say next to nothing of it, if any.
+    up_to_frames : bool
+        Whether errors are those that no other base and platform frame would take away, since no
+        observation shows where the platform's frame is: points at unknown places were measured.
     """
 
     position: float = field(unit="rms_m")
@@ -134,6 +138,7 @@ class Expected(Value):
     where: Array
     poses: int
     held: HeldByPriors | None = None
+    up_to_frames: bool = False
 
     @classmethod
     def of(cls, found: Found) -> Expected | None:
@@ -181,16 +186,23 @@ class Expected(Value):
             where=poses[good][worst],
             poses=len(effects),
             held=held if held and held.combinations else None,
+            up_to_frames=survey.floating,
         )
 
 
 def survey_of(found: Found, robot: Mechanism, observed: Observable = "pose") -> Survey:
-    """What may be observed of a robot whose unknowns are the columns of an estimate."""
+    """What may be observed of a robot whose unknowns are the columns of an estimate.
+
+    Points, if they are all that was measured of positions.
+    """
     layout = Problem.of(found.nominal, found.measurements, found.options).layout
     # Some may have been held to settle the gauge.
     held = [i for i, name in enumerate(layout.names) if name not in found.names]
     layout = layout.without(held) if held else layout
-    return Survey(Observed((observed,)), layout.names, layout.prior, robot, layout, found.options)
+    seen = Observed((observed,))
+    if observed == "pose" and is_tracked(found.measurements):
+        seen = Observed(("points",), points=robot.frames.points if robot.frames else ())
+    return Survey(seen, layout.names, layout.prior, robot, layout, found.options)
 
 
 def directions_of(found: Found, tolerances: Array) -> tuple[Direction, ...]:

@@ -16,6 +16,7 @@ from symkin.data.measurements import ALL_LEGS, Measurements
 from symkin.data.observables import OBSERVABLES
 from symkin.errors import NotIdentifiableError, SymkinError
 from symkin.estimate.options import EstimateOptions, Loss
+from symkin.estimate.starting import setup_by_points, starting_poses
 from symkin.estimate.unknowns import Layout
 from symkin.model.core_setup import core_setup
 from symkin.model.mechanism import Mechanism
@@ -135,7 +136,7 @@ class Problem:
             measurements = _own_readings(measurements)
         measurements.require_legs(len(mechanism.legs))
         readings = measurements.readings
-        _require_surroundings(mechanism, measurements)
+        mechanism = _with_surroundings(mechanism, measurements)
         curved = mechanism.curvature is not None
         straight = mechanism.replace(curvature=None) if curved else mechanism
         marked = "base" in options.frames and is_marked(measurements)
@@ -153,17 +154,26 @@ class Problem:
         return self.measurements.observations(self.noise)
 
     def _with_frames(self) -> Problem:
-        """Start free frames where the nominal robot's forward kinematics puts them."""
-        free = {
-            frame: any(
-                self.layout.column[i] >= 0 and np.isinf(self.layout.prior[self.layout.column[i]])
-                for i, name in enumerate(self.layout.scalars)
-                if name.startswith(f"{frame}.")
-            )
-            for frame in ("base", "target")
-        }
-        if not any(free.values()):
+        """Start free frames and places where the nominal robot's poses put them."""
+        base, target = self._is_free("base"), self._is_free("target")
+        seen = self.measurements.points
+        points = seen is not None and bool(np.isfinite(seen).any())
+        if points and (base or self._is_free("point")):
+            return self._with_points(base, target)
+        if not (base or target):
             return self
+        return self._with_posed_frames(base, target)
+
+    def _is_free(self, block: str) -> bool:
+        """Whether a frame, or a place, is unknown, and no prior says where it is."""
+        layout = self.layout
+        return any(
+            layout.column[i] >= 0 and np.isinf(layout.prior[layout.column[i]])
+            for i, name in enumerate(layout.scalars)
+            if name.partition(".")[0].rstrip("0123456789") == block
+        )
+
+    def _with_posed_frames(self, base: bool, target: bool) -> Problem:
         given = self.mechanism.frames
         try:
             setup = _core.with_starting_frames(
@@ -171,8 +181,8 @@ class Problem:
                 self.setup,
                 self.observations,
                 self.mechanism.home,
-                free["base"],
-                free["target"],
+                base,
+                target,
             )
         except NotIdentifiableError:
             raise
@@ -183,6 +193,26 @@ class Problem:
                 f"the frames cannot be found from these measurements: {error}; say where they are "
                 "nominally, in the [frames] of the mechanism's file"
             ) from error
+        return dataclasses.replace(self, setup=setup)
+
+    def _with_points(self, base: bool, target: bool) -> Problem:
+        layout = self.layout
+        names = [layout.scalars[i] for i in np.flatnonzero(layout.column >= 0)]
+        count = len(self.setup.points)
+        free = np.array([f"point{i + 1}.x" in names for i in range(count)])
+        setup = self.setup
+        posed = np.isfinite(self.measurements.poses[:, : self.mechanism.space.size]).any()
+        if posed and (base or target):
+            setup, base = self._with_posed_frames(base, target).setup, False
+        setup = setup_by_points(
+            self.mechanism,
+            setup,
+            self.measurements,
+            self.noise,
+            base=base,
+            target=target and not posed,
+            free=free,
+        )
         return dataclasses.replace(self, setup=setup)
 
     def fit(
@@ -200,9 +230,7 @@ class Problem:
         """
         how = self.options.loss if loss is None else loss
         if start is None:
-            start = _core.starting_poses(
-                self.mechanism.straight, self.setup, self.observations, self.mechanism.home
-            )
+            start = starting_poses(self.mechanism, self.setup, self.measurements, self.noise)
         fit = self._fitted(nearest, how, start)
         unlikely = _unlikely(fit, start) if how == "none" else []
         if unlikely:
@@ -396,21 +424,33 @@ def _own_readings(measurements: Measurements) -> Measurements:
     return dataclasses.replace(measurements, readings=np.where(own, measurements.readings, np.nan))
 
 
-def _require_surroundings(mechanism: Mechanism, measurements: Measurements) -> None:
-    """Refuse points and distances whose places nobody gave."""
+def _with_surroundings(mechanism: Mechanism, measurements: Measurements) -> Mechanism:
+    """The mechanism with a place, or none, for every point that was observed.
+
+    Refuses anchors whose places nobody gave, and points that were not observed.
+    """
     frames = mechanism.frames or Frames()
-    for name, given, where in (
-        ("points", frames.points, "in the platform's frame"),
-        ("distances", frames.anchors, "of their fixed points in the device's frame"),
-    ):
+    for name, given in (("points", frames.points), ("distances", frames.anchors)):
         observed = getattr(measurements, name)
         count = 0 if observed is None else observed.shape[1]
-        if count != len(given) and count:
+        if count and (count < len(given) or (name == "distances" and count > len(given))):
             key = "points" if name == "points" else "anchors"
             raise SymkinError(
-                f"{count} {name} were observed, and {len(given)} {key} are given; say the nominal "
-                f"places {where} in the [frames] of the mechanism's file: {key} = [[x, y], ...]"
+                f"{count} {name} were observed, and {len(given)} {key} are given; "
+                + (
+                    "say the nominal places of their fixed points in the device's frame in the "
+                    "[frames] of the mechanism's file: anchors = [[x, y], ...]"
+                    if key == "anchors"
+                    else "expected as many columns, empty for what was hidden"
+                )
             )
+    if measurements.points is None:
+        return mechanism
+    more = measurements.points.shape[1] - len(frames.points)
+    if more <= 0:
+        return mechanism
+    places = (*frames.points, *((),) * more)
+    return mechanism.replace(frames=dataclasses.replace(frames, points=places))
 
 
 def _datum(fit: _core.JointFit, layout: Layout) -> list[int]:

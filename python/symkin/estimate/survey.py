@@ -22,10 +22,12 @@ from symkin.analysis.promises import (
     promised,
 )
 from symkin.analysis.promises import anywhere as largest_anywhere
+from symkin.analysis.reflectors import with_tracking_defaults
 from symkin.data.measurements import Measurements
 from symkin.errors import NotIdentifiableError, SymkinError
 from symkin.estimate.options import EstimateOptions
 from symkin.estimate.problem import Problem, layout_of
+from symkin.estimate.starting import starting_poses
 from symkin.estimate.unknowns import Layout, Priors, Sensor, with_file_settings
 from symkin.model.core_setup import core_setup
 from symkin.model.mechanism import Mechanism
@@ -42,6 +44,7 @@ Observing = Observed | Observable | Sequence[Observable]
 _RANK = 1e-9  # of the largest singular value, with the unknowns in their tolerances
 _BLOCK = 4096  # poses whose effects are held together
 SILENT = 0.9  # of a prior's deviation: the data will say next to nothing
+_TRACKED = frozenset({"pose", "position", "distance", "height"})  # positions beside points
 _FRAME = 1e-3  # m or rad, the size of what has neither tolerance nor prior
 PRIORS_HOLD = 'prior "tolerances" holds parameters; a prior of its own, or fixed, anything'
 
@@ -143,10 +146,33 @@ class Survey(Value):
         if observe is None and not said and not {*unusual(wanted)} & given.keys():
             return None
         readings = mechanism.inverse_kinematics(poses)
+        drawn = mechanism.frames or Frames()
         observed, mechanism = placed(mechanism, "pose" if observe is None else observe)
+        if _TRACKED.isdisjoint(observed.kinds) and "points" in observed.kinds:
+            turned = "orientation" in observed.kinds
+            unplaced = mechanism.replace(frames=drawn)
+            wanted = with_tracking_defaults(wanted, unplaced, turned=turned)
+            if "base" in wanted.get("frames", ()) and not drawn.base and "gauge" not in wanted:
+                wanted.setdefault("prior", "tolerances")
+        # Places that a plan is made for alone are no knowledge of the drawing's.
+        more = ((),) * (len(observed.points) - len(drawn.points))
+        known = dataclasses.replace(drawn, points=(*drawn.points, *more))
         options = EstimateOptions(**wanted)
-        layout = layout_of(mechanism, core_setup(mechanism), options, readings)
+        layout = layout_of(
+            mechanism.replace(frames=known), core_setup(mechanism), options, readings
+        )
         return cls(observed, layout.names, layout.prior, mechanism, layout, options)
+
+    @property
+    def floating(self) -> bool:
+        """Whether points at unknown places are all that is seen of positions.
+
+        Where the platform's frame is among them no observation shows, so that errors are those
+        that no other base and platform frame would take away.
+        """
+        placeless = any(name.startswith("point") for name in self.unknowns)
+        kinds = self.observed.kinds
+        return placeless and "points" in kinds and _TRACKED.isdisjoint(kinds)
 
     @property
     def asked(self) -> dict[str, Any]:
@@ -206,8 +232,8 @@ class Survey(Value):
         ndarray, shape (k, r, unknowns)
         """
         problem = Problem.of(self.mechanism, measured, self.options)
-        core, setup, seen = self.mechanism.core, problem.setup, problem.observations
-        places = _core.starting_poses(core, setup, seen, self.mechanism.home)
+        setup, seen = problem.setup, problem.observations
+        places = starting_poses(self.mechanism, setup, measured, problem.noise)
         rows = self._rows(setup, seen, places)
         return rows[np.isfinite(rows).all(axis=(1, 2))]
 
@@ -284,6 +310,7 @@ class Survey(Value):
         position, orientation, *counts = self._weights(poses)
         forms, known = (position, orientation), (confidence, noise_degrees)
         found = promised(forms, covariance, (counts[0], counts[1]), *known)
+        found = dataclasses.replace(found, up_to_frames=self.floating)
         if anywhere is None:
             return found
         effects, _ = self.effects(examined(pose_rows(anywhere)))
@@ -331,7 +358,7 @@ class Survey(Value):
         """How the target moves in the device's frame with the unknowns, at the readings of poses.
 
         Shape (n, 6, unknowns): tangents of the poses that are neither out of reach nor singular;
-        and which those are.
+        and which those are. See `floating`.
         """
         mechanism, space = self.mechanism, self.mechanism.pose_space
         by_legs, good = parameter_effects(mechanism, poses)
@@ -343,19 +370,36 @@ class Survey(Value):
         arm = platform.rotation @ target.translation
         seen = (platform.translation + arm) @ base.rotation.T
         turned = base.rotation @ platform.rotation
-        effects = np.concatenate(
+        frames_alone = np.concatenate(
             [
-                _adjoint(np.broadcast_to(base.rotation, turned.shape), arm) @ moves,
                 _adjoint(np.broadcast_to(np.eye(3), turned.shape), seen),
                 _adjoint(turned, np.zeros_like(seen)),
             ],
             axis=2,
         )
+        of_legs = _adjoint(np.broadcast_to(base.rotation, turned.shape), arm) @ moves
+        effects = np.concatenate([of_legs, frames_alone], axis=2)
         if space == "point":
             effects[:, 3:] = 0
+            frames_alone[:, 3:] = 0
+        if self.floating:
+            effects = _without(effects, frames_alone, mechanism.characteristic_length)
         column = self.layout.column[: effects.shape[2]]
         onto = (column[:, None] == np.arange(len(self.unknowns))).astype(float)
         return np.asarray(effects @ onto), good
+
+
+def _without(effects: Array, motions: Array, length: float) -> Array:
+    """Tangents less what constant motions make of them at best; a rotation counts at `length`."""
+    scale = np.repeat([1.0, length], 3)[:, None]
+    flat = (scale * effects).reshape(-1, effects.shape[2])
+    basis, sizes, _ = np.linalg.svd(
+        (scale * motions).reshape(-1, motions.shape[2]), full_matrices=False
+    )
+    if not len(sizes):
+        return effects
+    basis = basis[:, sizes > _RANK * sizes[0]]
+    return np.asarray((flat - basis @ (basis.T @ flat)).reshape(effects.shape) / scale)
 
 
 def _adjoint(rotations: Array, arms: Array) -> Array:

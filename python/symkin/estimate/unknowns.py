@@ -119,7 +119,7 @@ class Layout(Value):
         sorts = _sorts(mechanism, scalars, units)
         shared = [shared] if isinstance(shared, str) else shared
         ties = [_tie(names, pattern, sorts) for pattern in shared]
-        chosen = chosen.union(*ties) - names.matching("fixed", fixed)
+        chosen = chosen.union(*ties) - names.matching("fixed", fixed) | _placeless(mechanism, names)
         if not chosen:
             raise SymkinError("nothing is free, so there is nothing to identify")
         groups = _groups(names, ties, chosen, sorts)
@@ -270,6 +270,18 @@ def _chosen_frames(names: _Names, frames: Sequence[str]) -> set[int]:
     return chosen
 
 
+def _placeless(mechanism: Mechanism, names: _Names) -> set[int]:
+    """Coordinates of points whose places nobody gave.
+
+    Where a platform never turns, the base's frame does what the first of them would.
+    """
+    points = mechanism.frames.points if mechanism.frames else ()
+    open_ = [f"point{i + 1}" for i, place in enumerate(points) if not len(place)]
+    if not mechanism.space.turns and len(open_) == len(points):
+        open_ = open_[1:]
+    return {i for name, i in names.index.items() if name.partition(".")[0] in open_}
+
+
 def _curved(mechanism: Mechanism, names: _Names, sensor: Sensor) -> set[int]:
     if sensor == "eccentric" and mechanism.reading_unit != "rad":
         raise SymkinError(
@@ -381,7 +393,7 @@ def _always_held(mechanism: Mechanism, scalars: Sequence[str]) -> tuple[str, ...
 def _tolerances(
     mechanism: Mechanism, scalars: Sequence[str], largest_readings: Sequence[float]
 ) -> Array:
-    """Tolerance of every scalar; none of frames, anchors and the plane, which no drawing shows."""
+    """Tolerance of every scalar; none of what no drawing shows: frames, points without a place."""
     by_leg = []
     for leg, row in enumerate(parameter_tolerances(mechanism).tolist()):
         angular = mechanism.leg_info(leg).reading_unit == "rad"
@@ -390,12 +402,13 @@ def _tolerances(
             "sensor_quadratic": joint / max(largest_readings[leg], 1e-9) ** 2
         }
         by_leg.append(dict(zip(mechanism.parameter_names, row, strict=True)) | curved)
+    points = mechanism.frames.points if mechanism.frames else ()
     values = np.zeros(len(scalars))
     for i, name in enumerate(scalars):
         block, _, own = name.partition(".")
         if block.startswith("leg"):
             values[i] = by_leg[int(block[3:]) - 1][own]
-        elif block.startswith("point"):
+        elif block.startswith("point") and points[int(block[5:]) - 1]:
             values[i] = mechanism.tolerances.length
     return values
 

@@ -75,6 +75,15 @@ def _coordinates(*units: str) -> Kind:
     return _row(kinds, ", ".join(units))
 
 
+def _or_nowhere(place: Kind) -> Kind:
+    """A place, or an empty list for one that nobody knows."""
+
+    def read(raw: Any) -> tuple[float, ...]:
+        return () if raw == [] else place.read(raw)
+
+    return Kind(read, {"anyOf": [place.schema, {"type": "array", "maxItems": 0}]})
+
+
 def _row(kinds: Sequence[Kind], units: str) -> Kind:
     """A list of so many values, each of its own kind."""
     count = len(kinds)
@@ -312,7 +321,8 @@ def mechanism_table(
     frame = _coordinates(*place, *("rad",) * (len(space.frame_components) - len(place)))
     frames = {"base": frame, "target": frame}
     if space.moves:
-        frames |= dict.fromkeys(("points", "anchors"), list_of(_coordinates(*place)))
+        frames["anchors"] = list_of(_coordinates(*place))
+        frames["points"] = list_of(_or_nowhere(_coordinates(*place)))
     if space.size == 3:
         frames["plane"] = _coordinates("m", "1", "1")
     ends = dict.fromkeys(end for each in infos for end in ends_of(each))

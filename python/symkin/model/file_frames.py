@@ -198,7 +198,8 @@ def _frames_in(
         x, y, z = base.translation.tolist()
         plane = (c0 + c1 * x + c2 * y - z, c1, c2)
     points = tuple(
-        tuple((np.array(each) - platform.translation[:size]).tolist()) for each in frames.points
+        tuple((np.array(each) - platform.translation[:size]).tolist()) if len(each) else ()
+        for each in frames.points
     )
     made = Frames(
         tuple(outer.tolist()) if outer.any() else (),

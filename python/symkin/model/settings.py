@@ -221,7 +221,8 @@ class Frames(_Settings):
     target : tuple of float
         What the device measures the pose of, in the platform's frame.
     points : tuple of tuple of float
-        Further targets in the platform's frame, m.
+        Further targets in the platform's frame, m; an empty one is somewhere, as are those that are
+        observed beyond these.
     anchors : tuple of tuple of float
         Fixed points that distances are measured from, in the device's frame, m.
     plane : tuple of float

@@ -467,6 +467,8 @@ def _expected_table(found: Estimate) -> list[Table]:
         where = ", ".join(significant(value) for value in expected.where)
         rows.append(("position where it is worst", f"{milli(expected.worst, 'm')} at ({where})"))
     caption = f"Errors to expect over the workspace ({plural(expected.poses, 'pose')}), first order"
+    if expected.up_to_frames:
+        caption += ", of base and platform frames that are aligned"
     return [Table(caption, ("", "Error"), [Group(rows)])]
 
 

@@ -17,7 +17,7 @@ from symkin.planning.accuracy import set_name
 from symkin.planning.simulation import Simulation
 from symkin.present import Group, Image, Page, Section, Table
 from symkin.show.images import plotted
-from symkin.show.wording import count, decimals_of, fixed, milli, plural, significant
+from symkin.show.wording import NONE, count, decimals_of, fixed, milli, plural, significant
 
 _NAMES = ("x", "y", "z", "rx", "ry", "rz")
 
@@ -121,7 +121,7 @@ def alignment_page(found: Alignment) -> Page:
         else "Frames were found, with doubts.",
         doubts=found.doubts,
         next_step="put them into the [frames] of the mechanism's file; symkin identify can refine "
-        "them with the geometry (--frames base,target).",
+        f"them with the geometry (--frames base,{'points' if found.frames.points else 'target'}).",
         sections=[_frames_section(found), _convention_section(found)],
     )
 
@@ -136,12 +136,21 @@ def _frames_section(found: Alignment) -> Section:
         ("Target, in the platform's frame", found.frames.target, found.target_deviations),
     ):
         rows = []
+        if not values:
+            continue
         for name, value, deviation in zip(names, values, deviations.tolist(), strict=True):
             unit = "m" if name in ("x", "y", "z") else "rad"
             rows.append(
                 [name, unit, fixed(value, decimals_of(deviation)), significant(deviation, 2)]
             )
         groups.append(Group(rows, title))
+    if found.frames.points:
+        rows = [
+            [f"point{number}.{axis}", "m", fixed(value, 5), NONE]
+            for number, place in enumerate(found.frames.points, 1)
+            for axis, value in zip(space.position, place, strict=True)
+        ]
+        groups.append(Group(rows, "Points, in the platform's frame"))
     columns = ("", "Unit", "Value", "Standard deviation")
     table = Table("Frames", columns, groups, brief=True)
     words = (

@@ -114,7 +114,7 @@ def plan_page(plan: Plan) -> Page:
         f"{promised} Errors are those of the end effector over the workspace after identification "
         f"with all poses and the estimator {quoted(plan.estimator)}, for the declared noise."
     )
-    if surveyed:
+    if surveyed and (expected is None or not expected.up_to_frames):
         errors += " They are of the target in the device's frame; what is held has none."
     return Page(
         title=f"{mechanism.name}: plan",

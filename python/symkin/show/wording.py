@@ -105,6 +105,8 @@ def promise(space: PoseSpace, accuracy: Expected | ExpectedAccuracy) -> str:
     )
     if accuracy.position_anywhere is not None:
         words += f"; anywhere in the workspace {share} are within {figures('_anywhere')}"
+    if accuracy.up_to_frames:
+        words += "; errors are those that no other base and platform frame would take away"
     return f"{words}."
 
 

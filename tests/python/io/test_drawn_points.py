@@ -439,14 +439,14 @@ def test_reported_poses_and_frames_that_are_found_are_those_of_the_drawing(tmp_p
         pose_space="translating",
     )
     symkin.write_measurements(taken, tmp_path / "seen.csv", nominal)
-    measured, own = poses_of_mechanism(nominal, tmp_path / "seen.csv")
+    measured, own, _ = poses_of_mechanism(nominal, tmp_path / "seen.csv")
     found = symkin.align_frames(measured, own, pose_space="translating")
     assert found.frames.base[:3] == pytest.approx((1.0, 2.0, 3.0), abs=1e-6)
     reported = dataclasses.replace(taken, reported=poses)
     symkin.write_measurements(reported, tmp_path / "reported.csv", nominal)
     again = symkin.read_measurements(tmp_path / "reported.csv", nominal)
     np.testing.assert_allclose(again.reported, poses, atol=1e-12)
-    _, own = poses_of_mechanism(nominal, tmp_path / "reported.csv")
+    _, own, _ = poses_of_mechanism(nominal, tmp_path / "reported.csv")
     np.testing.assert_allclose(own, as_drawn(nominal, poses), atol=1e-12)
 
 

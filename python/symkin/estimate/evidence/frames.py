@@ -8,6 +8,7 @@ import dataclasses
 import numpy as np
 
 from symkin import _core
+from symkin.analysis.reflectors import is_tracked
 from symkin.data.measurements import Measurements
 from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.options import EstimateOptions
@@ -22,8 +23,10 @@ def with_frames(
 ) -> EstimateOptions | None:
     """The same with unknown frames of device and target; None where these cannot be found."""
     space = mechanism.space
-    if options.frames or not np.isfinite(measurements.poses[:, : space.size or None]).any():
+    if options.frames:
         return None
+    if not np.isfinite(measurements.poses[:, : space.size or None]).any():
+        return dataclasses.replace(options, frames=("base",)) if is_tracked(measurements) else None
     # A target on a platform that never turns does what the base's frame does.
     if not space.turns:
         return dataclasses.replace(options, frames=("base",))
