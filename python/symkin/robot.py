@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Literal, Self, Unpack
 
 from numpy.typing import ArrayLike
@@ -143,6 +143,7 @@ class Robot(Mechanism):
         sensor: Sensor | None = None,
         gauge: Gauge | None = None,
         loss_per: LossPer | None = None,
+        assume: Mapping[str, float | str] | None = None,
     ) -> Estimate[Self]:
         """Return `symkin.identify` from measurements, with it as the nominal mechanism."""
         return identify(
@@ -162,6 +163,7 @@ class Robot(Mechanism):
             sensor=sensor,
             gauge=gauge,
             loss_per=loss_per,
+            assume=assume,
         )
 
     def evaluate(

@@ -13,6 +13,7 @@ from symkin.analysis.alignment import Convention, poses_of_columns, poses_of_mec
 from symkin.analysis.probing import with_printed_length
 from symkin.cli.console import Telling, not_converged, print_result, progress, write_result
 from symkin.cli.options import (
+    AssumeOption,
     CandidatesOption,
     ColumnsOption,
     EstimatorOption,
@@ -32,6 +33,7 @@ from symkin.cli.options import (
     TolerancesOption,
     Unknown,
     WorkersOption,
+    assumed_of,
     columns_of,
     command,
     folder_of,
@@ -39,6 +41,7 @@ from symkin.cli.options import (
     option,
     printed_length_of,
     refuse_unless,
+    several_of,
     with_sensor_table,
 )
 from symkin.estimate import Estimate
@@ -94,6 +97,7 @@ def identify(
         ),
     ] = None,
     gauge: GaugeOption = None,
+    assume: AssumeOption = None,
     noise: NoiseOption = None,
     cross_validate: Annotated[
         int | None, option("K", "Predict each of K parts of the poses from the others, too.", min=2)
@@ -159,6 +163,7 @@ def identify(
                 max_iterations=max_iterations,
                 **unknown.arguments(),
                 gauge=gauge,
+                assume=assumed_of(several_of(assume)),
                 noise=noise,
             )
             if cross_validate is not None:
@@ -203,6 +208,7 @@ def identify_batch(
     loss_per: LossPerOption = None,
     unknown: Unknown,
     gauge: GaugeOption = None,
+    assume: AssumeOption = None,
     noise: NoiseOption = None,
     tolerances: TolerancesOption = None,
     out: Annotated[Path | None, folder_of("the table, a row a robot, and report.html")] = None,
@@ -250,6 +256,7 @@ def identify_batch(
                 max_iterations=max_iterations,
                 **unknown.arguments(),
                 gauge=gauge,
+                assume=assumed_of(several_of(assume)),
                 noise=noise,
                 tolerances=tolerances,
                 threads=threads,

@@ -150,6 +150,7 @@ PoseUseOption = Annotated[PoseUse, of("poses")]
 LossOption = Annotated[Loss, of("loss")]
 LossScaleOption = Annotated[float | None, of("loss_scale")]
 LossPerOption = Annotated[LossPer | None, of("loss_per")]
+AssumeOption = Annotated[list[str] | None, of("assume")]
 GaugeOption = Annotated[Gauge | None, of("gauge")]
 NoiseOption = Annotated[Literal["estimate"] | None, of("noise")]
 TolerancesOption = Annotated[Literal["estimate"] | None, of("tolerances")]
@@ -449,6 +450,19 @@ def several_of(given: Sequence[str] | None) -> list[str] | None:
     if given is None:
         return None
     return [part.strip() for each in given for part in re.split(r",(?![^\[]*\])", each)]
+
+
+def assumed_of(given: Sequence[str] | None) -> dict[str, float | str] | None:
+    """Read names or patterns with a standard deviation each."""
+    if given is None:
+        return None
+    assumed: dict[str, float | str] = dict(each.rpartition("=")[::2] for each in given)
+    if "" in assumed:
+        raise typer.BadParameter(
+            f"--assume is {', '.join(given)}; expected names with a standard deviation each, such "
+            'as "target=0.5 mm" or "scale=1e-4"'
+        )
+    return {name: _spaced(str(value)) for name, value in assumed.items()}
 
 
 def priors_of(given: Sequence[str] | None) -> Priors | None:

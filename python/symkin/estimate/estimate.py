@@ -102,6 +102,9 @@ class Estimate(Examined[M], FolderResult):
     conflict_factor : float
         On variances that rest on priors: how much further from the drawing the robot is than they
         say, at least 1; 1 without priors.
+    assumed : tuple of Assumed
+        What was declared of what is held or assumed (`identify`'s `assume`), and how far it moves
+        the estimates; `covariance` contains it, `observed_covariance` does not.
     cross_validation : CrossValidation or None
         If it was asked for, see `cross_validated`.
     """

@@ -38,7 +38,7 @@ from symkin.estimate.precision import (
     correlations_of,
     directions_of,
     heights_of,
-    survey_of,
+    promising,
 )
 from symkin.estimate.solution import settled, together
 from symkin.model.mechanism import Mechanism
@@ -305,12 +305,17 @@ class Examined(Found[M]):
         return closures_of(mechanism or self.mechanism, own)
 
     def expected_accuracy(
-        self, poses: ArrayLike | None = None, confidence: float = CONFIDENCE
+        self,
+        poses: ArrayLike | None = None,
+        confidence: float = CONFIDENCE,
+        *,
+        assumed: bool = True,
     ) -> ExpectedAccuracy:
         """Predict the end-effector error over poses in the robot's own frame.
 
         By default those of the measurements. To first order, from what is uncertain of the
-        unknowns alone; `confidence` is the share of such robots that are within the bounds.
+        unknowns alone and, if `assumed`, of what was declared besides; `confidence` is the share
+        of such robots that are within the bounds.
         """
         asked: dict[str, Any] = {"confidence": confidence, "noise_degrees": self.noise_degrees}
         if poses is None:
@@ -318,7 +323,11 @@ class Examined(Found[M]):
             poses = self.measurements.poses if self.legs else self.latent_poses[known]
         if self.legs:
             return expected_accuracy(self.mechanism, poses, self.parameter_covariance, **asked)
-        return survey_of(self, self.mechanism).expected(poses, self.covariance, **asked)
+        survey, covariance = promising(self, self.mechanism)
+        if not assumed:
+            survey = dataclasses.replace(survey, assumed=())
+            covariance = self.observed_covariance
+        return survey.expected(poses, covariance, **asked)
 
     def predicting(self, unseen: Measurements) -> _core.JointFit:
         """Fit the latent poses of further observations alone, everything else as estimated.

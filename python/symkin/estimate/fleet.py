@@ -271,6 +271,7 @@ def identify_many(
     sensor: Sensor | None = None,
     gauge: Gauge | None = None,
     loss_per: LossPer | None = None,
+    assume: Mapping[str, float | str] | None = None,
     tolerances: Literal["estimate"] | None = None,
     columns: MeasurementColumns | None = None,
     ignore: Sequence[str] = (),
@@ -289,7 +290,7 @@ def identify_many(
         By the robots' names; one by one, named by their files or numbered from 1; or one table with
         a column ``robot``, as for `read_fleet`.
     estimator, poses, loss, loss_scale, noise, max_iterations, free, fixed, shared, prior, frames, \
-sensor, gauge, loss_per
+sensor, gauge, loss_per, assume
         As for `identify`; by default what the mechanism's `identification` says. Where that is not
         all parameters of all legs, robots are identified as `identify` does, in seconds rather than
         milliseconds each.
@@ -337,6 +338,7 @@ sensor, gauge, loss_per
         sensor=sensor,
         gauge=gauge,
         loss_per=loss_per,
+        assume=assume,
         tolerances=tolerances,
         threads=threads,
         workers=workers,

@@ -13,6 +13,7 @@ from typing_extensions import TypeVar
 
 from symkin import _core
 from symkin.data.measurements import Measurements
+from symkin.estimate.assumed import Assumed
 from symkin.estimate.conflict import DrawingConflict
 from symkin.estimate.options import EstimateOptions, Estimator
 from symkin.estimate.parameters import Unknown
@@ -206,6 +207,15 @@ class Found(Value, Generic[M]):
     conflict: DrawingConflict | None = None
     noise_factor: float = 1.0
     conflict_factor: float = 1.0
+    assumed: tuple[Assumed, ...] = ()
+
+    @property
+    def observed_covariance(self) -> Array:
+        """The part of `covariance` that is not what was assumed: of noise, priors and factors."""
+        known = np.array(self.covariance)
+        for each in self.assumed:
+            known -= each.deviation**2 * np.outer(each.moves, each.moves)
+        return known
 
     @property
     def seen(self) -> Latent:

@@ -49,6 +49,7 @@ def identify(
     sensor: Sensor | None = None,
     gauge: Gauge | None = None,
     loss_per: LossPer | None = None,
+    assume: Mapping[str, float | str] | None = None,
 ) -> Estimate[Nominal]:
     """Identify what is unknown of a robot from what was observed of it.
 
@@ -62,7 +63,7 @@ def identify(
     ----------
     mechanism : Mechanism
         The nominal one, from which the estimators start. Its `identification` has the defaults of
-        `free` to `loss_per`.
+        `free` to `assume`.
     measurements : Measurements, Simulation, or what `read_measurements` reads
         Leg by leg, at least as many poses for a leg as it has parameters. A path, a DataFrame or a
         dict of columns is read first.
@@ -105,6 +106,11 @@ def identify(
         solution nearest to the drawing, in tolerances; by holding as few parameters as will do.
     loss_per : {"pose", "reading"}, optional
         Whether a blunder spoils a pose, or single observations are found and left out.
+    assume : mapping of str to float or str, optional
+        How far what is not estimated may be from what is assumed: a standard deviation for each
+        pattern of what is held (``{"target": "0.5 mm", "sensor_gain": 1e-4}``), for ``"scale"``,
+        that of the measuring device, and for ``"bed"``, how far the rim of a probed bed may be
+        above its middle. Deviations and expected errors contain it, see `Expected.budget`.
 
     Returns
     -------
@@ -137,6 +143,7 @@ def identify(
         "sensor": sensor,
         "gauge": gauge,
         "loss_per": loss_per,
+        "assume": assume,
     }
     wanted = _wanted(mechanism, measurements, given)
     reason = _needs_joint(mechanism, measurements, wanted, noise)

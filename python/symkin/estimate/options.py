@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 import shlex
+from collections.abc import Mapping
 from typing import Literal
 
 from symkin.errors import one_of
@@ -34,6 +35,7 @@ class EstimateOptions(Value):
     sensor: Sensor = "linear"
     gauge: Gauge = "prior"
     loss_per: LossPer = "pose"
+    assume: Mapping[str, float | str] | None = None
 
     def __post_init__(self) -> None:
         """Refuse words that mean nothing, naming those that do."""

@@ -18,6 +18,7 @@ from symkin.analysis.promises import CONFIDENCE, anywhere, promised
 from symkin.analysis.reflectors import is_tracked
 from symkin.analysis.workspace import sample_workspace
 from symkin.errors import SymkinError
+from symkin.estimate.assumed import inverse_of, sizes_of, whitened_rows
 from symkin.estimate.blunders import without_blunders
 from symkin.estimate.found import Found
 from symkin.estimate.problem import KINDS, Problem
@@ -26,6 +27,7 @@ from symkin.model.mechanism import Mechanism
 from symkin.values import Value, field, record
 
 __all__ = [
+    "BudgetLine",
     "Correlation",
     "Direction",
     "Expected",
@@ -36,6 +38,7 @@ __all__ = [
     "directions_of",
     "heights_of",
     "in_words",
+    "promising",
     "survey_of",
 ]
 
@@ -43,7 +46,6 @@ Array = NDArray[np.float64]
 
 _SAMPLES = 4000  # poses of the workspace over which accuracy is expected
 _CORRELATED = 10
-_RANK = 1e-12  # of the largest eigenvalue, with the unknowns in their typical sizes
 _INDISPENSABLE = 1e-9  # of the share of a condition that the other poses leave open
 _HELD = 1e-4  # deviations within which one pose alone is let move the estimate
 _STEPS = 50
@@ -98,11 +100,38 @@ class Correlation(Value):
 
 
 @record
+class BudgetLine(Value):
+    """A part of the errors to expect, by where it comes from.
+
+    Attributes
+    ----------
+    source : str
+        ``observations`` for noise, priors and what was not shown; or what was assumed.
+    unit : str
+        Of what was assumed; empty for a ratio.
+    deviation : float
+        As it was declared; NaN of the observations.
+    position, orientation : float
+        The root mean square over the workspace that it leads to by itself, m and rad.
+    share : float
+        Of the mean square of the position error, or of the orientation's if nothing moves.
+    """
+
+    source: str
+    unit: str
+    deviation: float
+    position: float = field(unit="rms_m")
+    orientation: float = field(unit="rms_rad")
+    share: float
+
+
+@record
 class Expected(Value):
     """Errors of the target that the uncertain unknowns lead to expect at given readings.
 
     To first order, in the device's frame if there are frames: what frames and geometry explain
-    alike does not matter. Without what the model lacks.
+    alike does not matter. With what was assumed and declared (`identify`'s `assume`), which is
+    taken as normal; without what the model lacks.
 
     Attributes
     ----------
@@ -125,6 +154,8 @@ class Expected(Value):
     up_to_frames : bool
         Whether errors are those that no other base and platform frame would take away, since no
         observation shows where the platform's frame is: points at unknown places were measured.
+    budget : tuple of BudgetLine
+        Where the mean comes from, the observations first; empty if nothing was assumed.
     """
 
     position: float = field(unit="rms_m")
@@ -139,6 +170,7 @@ class Expected(Value):
     poses: int
     held: HeldByPriors | None = None
     up_to_frames: bool = False
+    budget: tuple[BudgetLine, ...] = ()
 
     @classmethod
     def of(cls, found: Found) -> Expected | None:
@@ -148,31 +180,32 @@ class Expected(Value):
             return None
         try:
             poses = sample_workspace(robot, _SAMPLES, robot.protocol.seed).poses
-            survey = survey_of(found, robot)
+            survey, known = promising(found, robot)
             effects, good = survey.effects(poses)
         except SymkinError:
             return None
         if not len(effects):
             return None
-        variances = np.einsum("nik,kl,nil->ni", effects, found.covariance, effects)
+        variances = np.einsum("nik,kl,nil->ni", effects, known, effects)
         position, orientation = variances[:, :3].sum(axis=1), variances[:, 3:].sum(axis=1)
         parts = (effects[:, :3], effects[:, 3:])
         forms = tuple(np.einsum("nij,nik->jk", part, part) / len(part) for part in parts)
         asked = (CONFIDENCE, found.noise_degrees)
         counts = (len(effects), len(poses) - len(effects))
-        bounds = promised((forms[0], forms[1]), found.covariance, counts, *asked)
-        largest = anywhere(effects, found.covariance, *asked)
+        bounds = promised((forms[0], forms[1]), known, counts, *asked)
+        largest = anywhere(effects, known, *asked)
         worst = int(np.argmax(position))
-        held = None
+        budget = _budget(found, effects, known)
+        held, survey = None, dataclasses.replace(survey, assumed=())
         if found.gauge and found.options.gauge == "prior":
             priors = survey.layout.with_prior("tolerances").prior
             survey = dataclasses.replace(survey, priors=priors)
         if np.isfinite(survey.priors).any():
-            known = survey.held(poses, found.model_covariance)
+            silent = survey.held(poses, found.model_covariance)
             held = dataclasses.replace(
-                known,
-                position=found.widened * known.position,
-                orientation=found.widened * known.orientation,
+                silent,
+                position=found.widened * silent.position,
+                orientation=found.widened * silent.orientation,
             )
         return cls(
             position=float(np.sqrt(position.mean())),
@@ -187,7 +220,38 @@ class Expected(Value):
             poses=len(effects),
             held=held if held and held.combinations else None,
             up_to_frames=survey.floating,
+            budget=budget,
         )
+
+
+def _budget(found: Found, effects: Array, known: Array) -> tuple[BudgetLine, ...]:
+    """Where the expected error comes from; nothing if all of it is of the observations."""
+    if not found.assumed:
+        return ()
+    columns = len(found.names)
+    parts = [slice(columns), *(slice(i, i + 1) for i in range(columns, len(known)))]
+    squares = np.zeros((len(parts), 6))
+    for of_part, own in zip(squares, parts, strict=True):
+        moved = effects[:, :, own]
+        of_part[:] = np.einsum("nik,kl,nil->i", moved, known[own, own], moved) / len(effects)
+    position, orientation = squares[:, :3].sum(axis=1), squares[:, 3:].sum(axis=1)
+    judged = position if found.nominal.space.moves else orientation
+    named = [("observations", "", math.nan)]
+    named += [(each.name, each.unit, each.deviation) for each in found.assumed]
+    roots = np.sqrt(position).tolist(), np.sqrt(orientation).tolist()
+    figures = zip(*roots, (judged / judged.sum()).tolist(), strict=True)
+    return tuple(BudgetLine(*of, *own) for of, own in zip(named, figures, strict=True))
+
+
+def promising(found: Found, robot: Mechanism) -> tuple[Survey, Array]:
+    """What the errors to expect follow from: effects, and the covariance of their columns."""
+    survey = dataclasses.replace(survey_of(found, robot), assumed=found.assumed)
+    columns = len(found.names)
+    known = np.zeros((columns + len(found.assumed),) * 2)
+    known[:columns, :columns] = found.observed_covariance
+    for i, each in enumerate(found.assumed, columns):
+        known[i, i] = each.deviation**2
+    return survey, known
 
 
 def survey_of(found: Found, robot: Mechanism, observed: Observable = "pose") -> Survey:
@@ -272,10 +336,10 @@ class Influence(Value):
             problem, fit, _ = without_blunders(problem)
         elif options.loss != "none":
             return None
-        rows = _rows(problem, fit)
-        sizes = _sizes(problem)
+        rows = whitened_rows(problem, fit)
+        sizes = sizes_of(problem)
         information = np.einsum("nri,nrj->ij", rows, rows) + np.diag(problem.layout.prior**-2.0)
-        covariance = _inverse(information, sizes)
+        covariance = inverse_of(information, sizes)
         deviations = np.sqrt(np.diag(covariance))
         names = problem.layout.names
         count = len(found.measurements.poses)
@@ -298,35 +362,6 @@ class Influence(Value):
         return cls(residual, moves, tuple(unknown), by)
 
 
-def _sizes(problem: Problem) -> Array:
-    """Typical sizes of the unknowns."""
-    tolerances, priors = problem.layout.column_tolerances, problem.layout.prior
-    return np.where(tolerances > 0, tolerances, np.where(np.isfinite(priors), priors, 1e-3))
-
-
-def _rows(problem: Problem, fit: _core.JointFit) -> Array:
-    """Whitened rows of every pose at the estimate, shape (N, r, unknowns); zeros where aside."""
-    layout, measurements = problem.layout, problem.measurements
-    there = dataclasses.replace(measurements, readings=measurements.readings + fit.reading_errors)
-    rows = _core.observed_rows(
-        problem.mechanism.straight,
-        fit.setup,
-        there.observations(problem.noise),
-        layout.column.tolist(),
-        layout.prior,
-        fit.poses,
-    )
-    return np.nan_to_num(rows.reshape(len(fit.poses), -1, len(layout.names)))
-
-
-def _inverse(information: Array, sizes: Array) -> Array:
-    """Of what is shown; nothing of what is not, which no pose moves."""
-    values, vectors = np.linalg.eigh(information * np.outer(sizes, sizes))
-    shown = values > _RANK * values[-1]
-    half = vectors[:, shown] / np.sqrt(values[shown])
-    return np.asarray(half @ half.T * np.outer(sizes, sizes))
-
-
 def _gradient(problem: Problem, fit: _core.JointFit, pose: int, deviations: Array) -> Array:
     """Half the derivative of a pose's chi-square by the unknowns, its latent pose moving along.
 
@@ -334,7 +369,7 @@ def _gradient(problem: Problem, fit: _core.JointFit, pose: int, deviations: Arra
     times it: the estimator's own elimination of the pose tells, whatever was observed.
     """
     layout = problem.layout
-    held = _HELD * np.where(deviations > 0, deviations, _sizes(problem))
+    held = _HELD * np.where(deviations > 0, deviations, sizes_of(problem))
     alone = _core.fit_jointly(
         problem.mechanism.straight,
         fit.setup,

@@ -15,6 +15,7 @@ from symkin.analysis.homes import with_usable_home
 from symkin.analysis.observability import name_combination
 from symkin.data.measurements import Measurements
 from symkin.errors import FailedFitError, SymkinError, SymmetryError
+from symkin.estimate.assumed import assumed_of
 from symkin.estimate.blunders import estimated_noise, without_blunders
 from symkin.estimate.conflict import (
     LIMIT,
@@ -47,8 +48,13 @@ def together(mechanism: Mechanism, measurements: Measurements, options: Estimate
         problem, fit, rejected = without_blunders(problem)
     if options.noise == "estimate":
         problem, fit = estimated_noise(problem, fit)
-    known = _Known.of(problem, fit)
-    values, deviations, signs, calibrated = _calibrated(mechanism, problem, fit, known.covariance)
+    known, assumed = _Known.of(problem, fit), assumed_of(problem, fit)
+    total = known.covariance + sum(
+        each.deviation**2 * np.outer(each.moves, each.moves) for each in assumed
+    )
+    values, deviations, signs, calibrated = _calibrated(mechanism, problem, fit, total)
+    with np.errstate(invalid="ignore"):
+        declared = np.append(np.sqrt(np.diag(known.model)), np.nan)[problem.layout.column]
     unseen, layout = np.asarray(fit.unseen) * signs[:, None], problem.layout
     mirrored = np.outer(signs, signs)
     every = tuple(range(len(mechanism.legs)))
@@ -59,11 +65,9 @@ def together(mechanism: Mechanism, measurements: Measurements, options: Estimate
         measurements=measurements,
         options=options,
         noise=problem.noise,
-        unknowns=unknowns_of(
-            mechanism, layout, values, deviations, deviations / known.widened, unseen
-        ),
+        unknowns=unknowns_of(mechanism, layout, values, deviations, declared, unseen),
         names=layout.names,
-        covariance=known.covariance * mirrored,
+        covariance=total * mirrored,
         goodness=(replace(GoodnessOfFit.of(fit.goodness), legs=every),),
         converged=fit.converged,
         failure=fit.failure or ("" if fit.converged else "the solver made no more progress"),
@@ -82,6 +86,7 @@ def together(mechanism: Mechanism, measurements: Measurements, options: Estimate
         conflict=known.conflict,
         noise_factor=known.noise_factor,
         conflict_factor=known.conflict_factor,
+        assumed=tuple(replace(each, moves=each.moves * signs) for each in assumed),
     )
 
 
@@ -93,11 +98,6 @@ class _Known(NamedTuple):
     conflict: DrawingConflict | None
     noise_factor: float
     conflict_factor: float
-
-    @property
-    def widened(self) -> float:
-        """Times the deviations of the model are those that are printed."""
-        return math.sqrt(max(self.noise_factor, self.conflict_factor))
 
     @classmethod
     def of(cls, problem: Problem, fit: _core.JointFit) -> _Known:

@@ -25,10 +25,11 @@ from symkin.analysis.promises import anywhere as largest_anywhere
 from symkin.analysis.reflectors import with_tracking_defaults
 from symkin.data.measurements import Measurements
 from symkin.errors import NotIdentifiableError, SymkinError
+from symkin.estimate.assumed import Assumed
 from symkin.estimate.options import EstimateOptions
 from symkin.estimate.problem import Problem, layout_of
 from symkin.estimate.starting import starting_poses
-from symkin.estimate.unknowns import Layout, Priors, Sensor, with_file_settings
+from symkin.estimate.unknowns import BED, SCALE, Layout, Priors, Sensor, with_file_settings
 from symkin.model.core_setup import core_setup
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import frame, pose_rows, transforms
@@ -45,6 +46,7 @@ _RANK = 1e-9  # of the largest singular value, with the unknowns in their tolera
 _BLOCK = 4096  # poses whose effects are held together
 SILENT = 0.9  # of a prior's deviation: the data will say next to nothing
 _TRACKED = frozenset({"pose", "position", "distance", "height"})  # positions beside points
+_BESIDE = (SCALE, BED, "target", "plane")  # are no part of the robot
 _FRAME = 1e-3  # m or rad, the size of what has neither tolerance nor prior
 PRIORS_HOLD = 'prior "tolerances" holds parameters; a prior of its own, or fixed, anything'
 
@@ -111,6 +113,8 @@ class Survey(Value):
         Names of the columns that are estimated.
     priors : ndarray
         Standard deviation of each about the drawing; infinite without a prior.
+    assumed : tuple of Assumed
+        What an estimate rests on besides; each is a further column of `effects`.
     """
 
     observed: Observed
@@ -119,6 +123,7 @@ class Survey(Value):
     mechanism: Mechanism = field(private=True)
     layout: Layout = field(private=True)
     options: EstimateOptions = field(private=True)
+    assumed: tuple[Assumed, ...] = field(private=True, default=())
 
     @classmethod
     def of(
@@ -339,7 +344,7 @@ class Survey(Value):
 
     def _weights(self, poses: Array) -> tuple[Array, Array, int, int]:
         """Mean squared errors, as quadratic forms of errors of the unknowns; poses in and out."""
-        columns = len(self.unknowns)
+        columns = len(self.unknowns) + len(self.assumed)
         forms, evaluated = np.zeros((2, columns, columns)), 0
         for first in range(0, len(poses), _BLOCK):
             effects, _ = self.effects(poses[first : first + _BLOCK])
@@ -357,8 +362,9 @@ class Survey(Value):
     def effects(self, poses: Array) -> tuple[Array, NDArray[np.bool_]]:
         """How the target moves in the device's frame with the unknowns, at the readings of poses.
 
-        Shape (n, 6, unknowns): tangents of the poses that are neither out of reach nor singular;
-        and which those are. See `floating`.
+        Shape (n, 6, unknowns + assumed): tangents of the poses that are neither out of reach nor
+        singular; and which those are. What was assumed moves it by what the estimate makes of it,
+        less what it does to the robot itself. See `floating`.
         """
         mechanism, space = self.mechanism, self.mechanism.pose_space
         by_legs, good = parameter_effects(mechanism, poses)
@@ -386,7 +392,14 @@ class Survey(Value):
             effects = _without(effects, frames_alone, mechanism.characteristic_length)
         column = self.layout.column[: effects.shape[2]]
         onto = (column[:, None] == np.arange(len(self.unknowns))).astype(float)
-        return np.asarray(effects @ onto), good
+        moved = [effects @ onto]
+        for each in self.assumed:
+            itself = np.zeros(len(column))
+            of_robot = not each.name.startswith(("point", "anchor"))
+            if of_robot and each.name.partition(".")[0] not in _BESIDE:
+                itself[self.layout.scalars.index(each.name)] = 1
+            moved.append((moved[0] @ each.moves - effects @ itself)[..., None])
+        return np.concatenate(moved, axis=2), good
 
 
 def _without(effects: Array, motions: Array, length: float) -> Array:

@@ -22,9 +22,11 @@ from symkin.storage.quantities import evaluate_quantity
 from symkin.values import Value, record
 
 __all__ = [
+    "BED",
     "CONSTANT",
     "FRAMES",
     "REDUNDANT",
+    "SCALE",
     "Gauge",
     "Layout",
     "LossPer",
@@ -44,6 +46,7 @@ _CURVATURE = {
 }
 CONSTANT = "a constant of the description"
 REDUNDANT = "since the sensor's offset does the same"
+SCALE, BED = "scale", "bed"  # what may be assumed besides scalars
 _TERMS = ("sensor_quadratic", "sensor_cosine", "sensor_sine")
 
 
@@ -174,6 +177,57 @@ class Layout(Value):
                 values[number] = _deviation(pattern, given, self.units[scalar])
         return replace(self, prior=values)
 
+    def declared(self, assume: Mapping[str, float | str]) -> dict[str, tuple[str, float]]:
+        """Unit and standard deviation of each assumption, of scalars those that are held.
+
+        Raises
+        ------
+        SymkinError
+            For a pattern that matches nothing, or nothing that is held; a deviation that is none,
+            or a bare number for scalars of several units.
+        """
+        names = _Names(self.scalars, (), self.always_held)
+        found: dict[str, tuple[str, float]] = {}
+        for pattern, given in assume.items():
+            if pattern in (SCALE, BED):
+                unit = "" if pattern == SCALE else "m"
+                found[pattern] = unit, _deviation(pattern, given, unit, "assumption")
+                continue
+            matched = sorted(names.matching("assume", [pattern], (SCALE, BED)))
+            held = [scalar for scalar in matched if self.column[scalar] < 0]
+            if not held:
+                raise SymkinError(
+                    f'assume "{pattern}" is of {self.scalars[matched[0]]}, which is estimated; '
+                    "a prior says how far it may be from the drawing"
+                )
+            units = dict.fromkeys(self.units[scalar] for scalar in held)
+            fitting = [unit for unit in units if _is_of(given, unit)]
+            unit = (fitting or list(units))[0]
+            if len(fitting) > 1:
+                raise SymkinError(
+                    f'assume "{pattern}" is {given}, of scalars in {" and ".join(units)}; expected '
+                    "a unit, such as 1 mm"
+                )
+            for scalar in held:
+                if self.units[scalar] == unit:
+                    deviation = _deviation(pattern, given, unit, "assumption")
+                    found[self.scalars[scalar]] = unit, deviation
+        return found
+
+    @property
+    def length_powers(self) -> Array:
+        """Of each scalar: 1 if it is a length, or makes lengths of readings; else 0."""
+        joints = {
+            name.partition(".")[0]: unit
+            for name, unit in zip(self.scalars, self.units, strict=True)
+            if name.endswith(".sensor_offset")
+        }
+        powers = np.zeros(len(self.scalars))
+        for i, (name, unit) in enumerate(zip(self.scalars, self.units, strict=True)):
+            block, _, own = name.partition(".")
+            powers[i] = (joints[block] if own.startswith("sensor_") else unit) == "m"
+        return powers
+
     def without(self, columns: Iterable[int]) -> Layout:
         """Return it with the scalars of some columns held."""
         kept = np.setdiff1d(np.arange(len(self.names)), list(columns))
@@ -213,10 +267,13 @@ class _Names:
             and not always_held[i]
         }
 
-    def matching(self, option: str, patterns: Sequence[str]) -> set[int]:
+    def matching(
+        self, option: str, patterns: Sequence[str], others: Sequence[str] = ()
+    ) -> set[int]:
         """Scalars that match any of the patterns; each must match one.
 
-        Without a dot a pattern is of a parameter in any leg, or of a whole block.
+        Without a dot a pattern is of a parameter in any leg, or of a whole block. `others` are
+        further words that may be meant.
         """
         if isinstance(patterns, str):
             patterns = [patterns]
@@ -236,7 +293,7 @@ class _Names:
                 )
                 raise SymkinError(
                     f'{option} "{pattern}" matches no unknown of this mechanism'
-                    f"{did_you_mean(pattern, parts)}"
+                    f"{did_you_mean(pattern, [*parts, *others])}"
                 )
             may_be_free = {i for i in matched if not self.always_held[i]}
             if not may_be_free and option != "fixed":
@@ -413,21 +470,31 @@ def _tolerances(
     return values
 
 
-def _deviation(pattern: str, given: float | str, unit: str) -> float:
-    value = given if isinstance(given, int | float) else _quantity(pattern, given, unit)
+def _is_of(given: float | str, unit: str) -> bool:
+    """Whether a quantity may have this unit, as any number without one may."""
+    if isinstance(given, str):
+        try:
+            evaluate_quantity(given, unit or "1")
+        except SymkinError:
+            return False
+    return True
+
+
+def _deviation(pattern: str, given: float | str, unit: str, what: str = "prior") -> float:
+    value = given if isinstance(given, int | float) else _quantity(pattern, given, unit, what)
     if not 0 < value < np.inf:
         raise SymkinError(
-            f'the prior of "{pattern}" is {given}; expected a positive standard deviation '
+            f'the {what} of "{pattern}" is {given}; expected a positive standard deviation '
             "(fixed holds a parameter)"
         )
     return float(value)
 
 
-def _quantity(pattern: str, text: str, unit: str) -> float:
+def _quantity(pattern: str, text: str, unit: str, what: str) -> float:
     try:
         return evaluate_quantity(text, unit or "1")
     except SymkinError as error:
-        raise SymkinError(f'the prior of "{pattern}" {error}') from error
+        raise SymkinError(f'the {what} of "{pattern}" {error}') from error
 
 
 def with_file_settings(

@@ -126,7 +126,9 @@ def read_mechanism(
     legs, symmetry, deviations, curvature = _legs(source, file, section, entries, infos)
     info = infos[0]  # they agree in what follows
     workspace, frames, points = _placed(file, info, points)
-    unknown = file.get("identification")
+    unknown = dict(file.get("identification", {}))
+    if "assumed" in file:
+        unknown["assume"] = file["assumed"]
     mechanism = source.call(
         (section,),
         lambda: kind(

@@ -157,6 +157,14 @@ def _prior(raw: Any) -> Any:
     return choice("tolerances").read(raw)
 
 
+def _assumed(raw: Any) -> Any:
+    """A standard deviation for each name or pattern."""
+    if not isinstance(raw, dict):
+        raise WrongValueError("is not a table of standard deviations; expected one")
+    number = Kind(_number_or_text, {})
+    return {name: read_at(name, number, each) for name, each in raw.items()}
+
+
 def _number_or_text(raw: Any) -> float | str:
     if isinstance(raw, bool) or not isinstance(raw, int | float | str):
         raise WrongValueError(f"is {raw!r}; expected a standard deviation")
@@ -227,7 +235,8 @@ IDENTIFICATION = table(
 )
 _SECTIONS = (
     "symmetry", "reference_leg", "reference_legs", "legs", "workspace", "noise", "tolerances",
-    "joint_limits", "protocol", "measurements", "frames", "identification", "sensor_table",
+    "joint_limits", "protocol", "measurements", "frames", "identification", "assumed",
+    "sensor_table",
 )  # fmt: skip
 
 
@@ -332,6 +341,10 @@ def mechanism_table(
     sections |= {
         "frames": table(frames),
         "identification": IDENTIFICATION,
+        "assumed": Kind(
+            _assumed,
+            {"type": "object", "additionalProperties": {"type": ["number", "string"]}},
+        ),
         "sensor_table": table({"file": text(), "rows": rows, "legs": list_of(rows, 1, _MOST_LEGS)}),
     }
     required = ("schema",) + (("chain",) if default is not None else ())

@@ -279,7 +279,8 @@ def _settings(mechanism: Mechanism) -> dict[str, tuple[_Values, Mapping[str, str
     for end in () if points is None else points.ends:
         frames[f"{end}_centre"] = getattr(points, end)
     unit, limits = mechanism.reading_unit, asdict(mechanism.joint_limits)
-    unknown = vars(mechanism.identification) if mechanism.identification else {}
+    unknown = dict(vars(mechanism.identification)) if mechanism.identification else {}
+    assumed = unknown.pop("assume", None)
     return {
         "workspace": (
             workspace,
@@ -313,6 +314,7 @@ def _settings(mechanism: Mechanism) -> dict[str, tuple[_Values, Mapping[str, str
             },
         ),
         "identification": ({k: v for k, v in unknown.items() if v is not None}, {}),
+        "assumed": (dict(assumed or {}), {}),
     }
 
 

@@ -287,6 +287,9 @@ class IdentificationSettings(_Settings):
         Of ``"base"``, ``"target"``, ``"points"``, ``"anchors"`` and ``"plane"``.
     sensor, gauge, loss_per : str or None
         See `identify`.
+    assume : mapping of str to float or str, or None
+        A standard deviation for each pattern of what is held, for ``"scale"`` and ``"bed"``; in a
+        file the section ``[assumed]``.
     """
 
     free: tuple[str, ...] | None = None
@@ -297,6 +300,7 @@ class IdentificationSettings(_Settings):
     sensor: str | None = None
     gauge: str | None = None
     loss_per: str | None = None
+    assume: Mapping[str, float | str] | None = field(default=None, hash=False)
 
     @property
     def unusual(self) -> tuple[str, ...]:

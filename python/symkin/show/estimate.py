@@ -190,7 +190,8 @@ def _robot_headlines(found: Estimate) -> Iterator[Headline]:
     before, after, expected = found.before, found.after, found.expected
     if not found.trustworthy or expected is None or before is None or after is None:
         return
-    at_poses, share = found.expected_accuracy(), percent(expected.confidence)
+    at_poses = found.expected_accuracy(assumed=False)
+    share = percent(expected.confidence)
     aligned = before.aligned is not None and after.aligned is not None
     how = "frames aligned; " if aligned else ""
     for kind, unit in found.nominal.space.errors:
@@ -411,7 +412,7 @@ def _noise_table(found: Estimate) -> list[Table]:
 def _accuracy_section(found: Estimate) -> Section:
     """Compare measured poses with those that the models calculate from the readings."""
     before, after = found.before, found.after
-    tables = [*_closure_table(found), *_expected_table(found)]
+    tables = [*_closure_table(found), *_expected_table(found), *_budget_table(found)]
     if before is None or after is None:
         text = (
             "No end-effector error: at no pose that was measured in full are there readings of all "
@@ -470,6 +471,26 @@ def _expected_table(found: Estimate) -> list[Table]:
     if expected.up_to_frames:
         caption += ", of base and platform frames that are aligned"
     return [Table(caption, ("", "Error"), [Group(rows)])]
+
+
+def _budget_table(found: Estimate) -> list[Table]:
+    """Where the errors to expect come from, if more than observations was declared."""
+    expected = found.expected
+    if expected is None or not expected.budget:
+        return []
+    rows = []
+    for line in expected.budget:
+        factor, unit = on_paper(line.unit)
+        declared = f"{significant(factor * line.deviation, 2)} {unit}".rstrip()
+        errors = [milli(getattr(line, kind), of) for kind, of in found.nominal.space.errors]
+        share = f"{100 * line.share:.1f}%"
+        of_noise = line.source == "observations"
+        name = "observations: noise and priors" if of_noise else line.source
+        rows.append((name, NONE if of_noise else declared, *errors, share))
+    kinds = [kind.capitalize() for kind, _ in found.nominal.space.errors]
+    columns = ("Source", "Declared", *kinds, "Share")
+    caption = "What the errors to expect rest on: by itself, root mean square over the workspace"
+    return [Table(caption, columns, [Group(rows)], brief=True)]
 
 
 def _knowledge_section(found: Estimate) -> Section:

@@ -227,6 +227,10 @@ NOTES: Mapping[str, Code] = {
     "priors-stand": Code(
         "The data say next to nothing of {names}: what stands there is the prior."
     ),
+    "held-as-exact": Code(
+        "{names} {be} held and taken as exact, which deviations and expected errors rest on",
+        "declare how far off {it} may be: assume, in the file [assumed]",
+    ),
     "noise-estimated": Code(
         "The noise was estimated from the same observations, so that chi-square says nothing of "
         "the model."

@@ -41,6 +41,7 @@ def notes_of(
         yield from (Note("heights", figures={"words": words}) for words in heights.notes)
     elif silent:
         yield Note("priors-stand", figures={"names": few(silent, _LISTED)})
+    yield from _held_as_exact(found)
     if found.unguarded:
         rows = tuple(found.measurements.row_numbers[list(found.unguarded)].tolist())
         numbers = ", ".join(map(str, rows))
@@ -62,6 +63,17 @@ def notes_of(
         yield Note("left-out", rows=rows, figures={"names": few(left, _REJECTED)})
     for words in changed_settings(found.nominal, found.mechanism):
         yield Note("settings-changed", figures={"words": words})
+
+
+def _held_as_exact(found: Found) -> Iterator[Note]:
+    """Name what somebody chose to hold, without a word of how well it is known."""
+    known = {each.name for each in found.assumed}
+    names = [
+        each.name for each in found.unknowns if each.status == "held" and each.name not in known
+    ]
+    if names:
+        be, it = ("is", "it") if len(names) == 1 else ("are", "they")
+        yield Note("held-as-exact", figures={"names": few(names, _LISTED), "be": be, "it": it})
 
 
 def _exchanges(found: Found, probed: bool, doubts: Sequence[Doubt]) -> Iterator[tuple[int, ...]]:

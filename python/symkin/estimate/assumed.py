@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: MIT
+"""What an estimate takes as given though it is uncertain, and how far that moves the unknowns.
+
+The type B part of an uncertainty (GUM, JCGM 100:2008, 4.3): a held parameter, the target's place,
+the device's scale, a bed that is taken as flat. Least squares answers to first order with
+``G = (J'J + P)^-1 J'B``, where B is the change of the whitened rows.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin import _core
+from symkin.errors import SymkinError
+from symkin.estimate.problem import Problem
+from symkin.estimate.unknowns import BED, SCALE
+from symkin.model.core_setup import scalar_values
+from symkin.values import Value, record
+
+__all__ = ["Assumed", "assumed_of", "inverse_of", "sizes_of", "whitened_rows"]
+
+Array = NDArray[np.float64]
+_RANK = 1e-12  # of the largest eigenvalue, with the unknowns in their typical sizes
+
+
+@record
+class Assumed(Value):
+    """Something that an estimate rests on without having estimated it.
+
+    Attributes
+    ----------
+    name, unit : str
+        A scalar that is held, such as ``target.x``; ``scale`` of the device, relative; ``bed``,
+        how far its rim is above its middle.
+    deviation : float
+        The declared standard deviation.
+    moves : ndarray, shape (columns,)
+        How far the estimates of `names` are from the truth for each unit that this is.
+    """
+
+    name: str
+    unit: str
+    deviation: float
+    moves: Array
+
+
+def assumed_of(problem: Problem, fit: _core.JointFit) -> tuple[Assumed, ...]:
+    """Whatever was declared of what is not estimated.
+
+    With a loss as if it kept all observations.
+
+    Raises
+    ------
+    SymkinError
+        For a bed without heights.
+    """
+    layout = problem.layout
+    declared = layout.declared(problem.options.assume or {})
+    if not declared:
+        return ()
+    named = np.array([bool(name) for name in layout.scalars])
+    each = np.where(named, np.cumsum(named) - 1, -1)
+    alone = dataclasses.replace(
+        layout,
+        column=each,
+        names=tuple(name for name in layout.scalars if name),
+        prior=np.full(int(named.sum()), np.inf),
+    )
+    rows = whitened_rows(problem.with_layout(alone), fit)
+    onto = (layout.column[named, None] == np.arange(len(layout.names))).astype(float)
+    own = rows @ onto
+    information = np.einsum("nri,nrj->ij", own, own) + np.diag(layout.prior**-2.0)
+    answer = inverse_of(information, sizes_of(problem))
+    found = []
+    for name, (unit, deviation) in declared.items():
+        changed = _changed_rows(problem, fit, rows, named, name)
+        moves = answer @ np.einsum("nri,nr->i", own, changed)
+        found.append(Assumed(name, unit, deviation, moves))
+    return tuple(found)
+
+
+def _changed_rows(
+    problem: Problem, fit: _core.JointFit, rows: Array, named: NDArray[np.bool_], name: str
+) -> Array:
+    """Change of the whitened rows, observed less model, for a unit of what was assumed."""
+    layout = problem.layout
+    if name == SCALE:
+        # Whatever a larger metre measures, a larger robot explains, all of whose lengths are.
+        return rows @ (scalar_values(fit.setup) * layout.length_powers)[named]
+    scalars = [each for each in layout.scalars if each]
+    if name != BED:
+        return np.asarray(rows[:, :, scalars.index(name)])
+    heights = problem.measurements.heights
+    touched = np.zeros(len(rows), dtype=bool) if heights is None else np.isfinite(heights)
+    touched &= np.isfinite(fit.poses).all(axis=1)
+    if not touched.any():
+        raise SymkinError(f'assume "{BED}" is of a bed that was probed; no height was observed')
+    squares = np.where(touched, np.sum(fit.poses[:, :2] ** 2, axis=1), 0.0)
+    return np.asarray(rows[:, :, scalars.index("plane.c0")] * (squares / squares.max())[:, None])
+
+
+def whitened_rows(problem: Problem, fit: _core.JointFit) -> Array:
+    """Whitened rows of every pose at the estimate, shape (N, r, unknowns); zeros where aside."""
+    layout, measurements = problem.layout, problem.measurements
+    there = dataclasses.replace(measurements, readings=measurements.readings + fit.reading_errors)
+    rows = _core.observed_rows(
+        problem.mechanism.straight,
+        fit.setup,
+        there.observations(problem.noise),
+        layout.column.tolist(),
+        layout.prior,
+        fit.poses,
+    )
+    return np.nan_to_num(rows.reshape(len(fit.poses), -1, len(layout.names)))
+
+
+def sizes_of(problem: Problem) -> Array:
+    """Typical sizes of the unknowns."""
+    tolerances, priors = problem.layout.column_tolerances, problem.layout.prior
+    return np.where(tolerances > 0, tolerances, np.where(np.isfinite(priors), priors, 1e-3))
+
+
+def inverse_of(information: Array, sizes: Array) -> Array:
+    """Of what is shown; nothing of what is not, which no pose moves."""
+    values, vectors = np.linalg.eigh(information * np.outer(sizes, sizes))
+    shown = values > _RANK * values[-1]
+    half = vectors[:, shown] / np.sqrt(values[shown])
+    return np.asarray(half @ half.T * np.outer(sizes, sizes))
