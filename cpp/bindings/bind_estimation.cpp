@@ -2,7 +2,10 @@
 #include <pybind11/numpy.h>
 
 #include <cmath>
+#include <tuple>
+#include <utility>
 #include <variant>
+#include <vector>
 
 #include "bindings.hpp"
 #include "symkin/estimation/accuracy.hpp"
@@ -83,6 +86,16 @@ void bind_observability(py::module_& module) {
 
 using Rows = py::array_t<double, py::array::c_style>;
 using Sets = py::array_t<symkin::Index, py::array::c_style>;
+using Ties = std::vector<std::tuple<symkin::Index, symkin::Index, double>>;  // symkin::Tie
+
+symkin::Layout layout_of(std::vector<symkin::Index> column, symkin::Vector prior,
+                         const Ties& ties) {
+  symkin::Layout layout{std::move(column), std::move(prior)};
+  for (const auto& [scalar, moves_with, factor] : ties) {
+    layout.ties.push_back({scalar, moves_with, factor});
+  }
+  return layout;
+}
 
 void check_shape(const symkin::MeasurementSet& set) {
   const auto rows = set.poses.rows();
@@ -216,7 +229,6 @@ void bind_joint(py::module_& module) {
   using symkin::Gauge;
   using symkin::JointFit;
   using symkin::JointOptions;
-  using symkin::Layout;
   using symkin::Observations;
   using symkin::Observed;
   using symkin::RowFit;
@@ -286,12 +298,13 @@ void bind_joint(py::module_& module) {
   module.def(
       "observed_rows",
       [](const symkin::Mechanism& mechanism, const Setup& setup, const Observations& observations,
-         std::vector<symkin::Index> column, symkin::Vector prior, symkin::ConstRows poses) {
-        const Layout layout{std::move(column), std::move(prior)};
+         std::vector<symkin::Index> column, symkin::Vector prior, symkin::ConstRows poses,
+         const Ties& ties) {
+        const symkin::Layout layout = layout_of(std::move(column), std::move(prior), ties);
         return symkin::observed_rows(mechanism, setup, observations, layout, poses);
       },
       py::arg("mechanism"), py::arg("setup"), py::arg("observations"), py::arg("column"),
-      py::arg("prior"), py::arg("poses"), ReleaseGil());
+      py::arg("prior"), py::arg("poses"), py::arg("ties") = Ties(), ReleaseGil());
 
   py::class_<RowFit>(module, "RowFit")
       .def_readonly("pose", &RowFit::pose)
@@ -329,8 +342,8 @@ void bind_joint(py::module_& module) {
       [](const symkin::Mechanism& mechanism, const Setup& setup, const Observations& observations,
          std::vector<symkin::Index> column, symkin::Vector prior, const std::string& loss,
          double loss_scale, double loss_spread, int max_iterations, bool nearest,
-         symkin::Vector tolerances, symkin::RowMatrix start, bool rows) {
-        const Layout layout{std::move(column), std::move(prior)};
+         symkin::Vector tolerances, symkin::RowMatrix start, bool rows, const Ties& ties) {
+        const symkin::Layout layout = layout_of(std::move(column), std::move(prior), ties);
         symkin::RobustLoss robust = symkin::loss_named(loss, loss_scale);
         robust.spread = loss_spread;
         const JointOptions options{robust,
@@ -344,7 +357,7 @@ void bind_joint(py::module_& module) {
       py::arg("mechanism"), py::arg("setup"), py::arg("observations"), py::arg("column"),
       py::arg("prior"), py::arg("loss"), py::arg("loss_scale"), py::arg("loss_spread"),
       py::arg("max_iterations"), py::arg("nearest"), py::arg("tolerances"), py::arg("start"),
-      py::arg("rows") = true, ReleaseGil());
+      py::arg("rows") = true, py::arg("ties") = Ties(), ReleaseGil());
   module.def("left_unexplained", &symkin::left_unexplained, py::arg("mechanism"), py::arg("setup"),
              py::arg("observations"), py::arg("poses"), py::arg("pose"), ReleaseGil());
 }

@@ -146,6 +146,12 @@ Layout Layout::of_all_parameters(const Mechanism& mechanism, const Setup& setup)
   return layout;
 }
 
+bool Layout::is_free(Index scalar) const {
+  return column[static_cast<std::size_t>(scalar)] >= 0 ||
+         std::any_of(ties.begin(), ties.end(),
+                     [scalar](const Tie& tie) { return tie.scalar == scalar; });
+}
+
 void Layout::check(const Mechanism& mechanism, const Setup& setup) const {
   const std::vector<std::string> names = unknown_names(mechanism, setup);
   if (column.size() != names.size()) {
@@ -170,12 +176,21 @@ void Layout::check(const Mechanism& mechanism, const Setup& setup) const {
   if (std::find(used.begin(), used.end(), false) != used.end()) {
     throw InvalidInput("a column of the layout moves no scalar");
   }
+  for (const Tie& tie : ties) {
+    const auto scalar = static_cast<std::size_t>(tie.scalar);
+    if (scalar >= names.size() || names[scalar].empty() || column[scalar] >= 0 || tie.column < 0 ||
+        tie.column >= columns() || !std::isfinite(tie.factor)) {
+      throw InvalidInput("a tie of scalar " + std::to_string(tie.scalar) + " to column " +
+                         std::to_string(tie.column) + " by " + std::to_string(tie.factor) +
+                         "; expected a scalar without a column of its own, a column and a number");
+    }
+  }
   const UnknownList list(setup);
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
-    const auto first = column.begin() + list.curvature(leg);
-    const bool curved = !setup.curvature.row(leg).isZero(0) ||
-                        std::any_of(first, first + UnknownList::kCurvature,
-                                    [](Index column) { return column >= 0; });
+    bool curved = !setup.curvature.row(leg).isZero(0);
+    for (Index i = 0; i < UnknownList::kCurvature; ++i) {
+      curved = curved || is_free(list.curvature(leg) + i);
+    }
     if (curved && !has_straight_sensor(mechanism.model(leg).info())) {
       throw InvalidInput("the sensor of leg " + std::to_string(leg + 1) +
                          " has a law of its own; curvature belongs to a straight one");
@@ -192,6 +207,9 @@ Setup moved(const Setup& setup, const Layout& layout, ConstVector change) {
   for (Index i = 0; i < list.size(); ++i) {
     const Index column = layout.column[static_cast<std::size_t>(i)];
     steps[i] = column < 0 ? 0 : change[column];
+  }
+  for (const Tie& tie : layout.ties) {
+    steps[tie.scalar] += tie.factor * change[tie.column];
   }
   Setup result = setup;
   const Index p = setup.parameters.cols();

@@ -67,12 +67,20 @@ double longest_length(const Mechanism& mechanism, const Setup& setup);
 // own size, and what makes as much of the active joint.
 Vector natural_sizes(const Mechanism& mechanism, const Setup& setup);
 
+// A scalar that moves by so many times as much as a column.
+struct Tie {
+  Index scalar, column;
+  double factor;
+};
+
 // Which scalars are estimated. A column of the estimate moves all scalars that name it by the same
-// amount (shared over legs); a scalar without one is held.
+// amount (shared over legs); a scalar without one is held, but for what ties make of it.
 struct Layout {
-  std::vector<Index> column;  // of each scalar of the UnknownList; -1: held
-  Vector prior;               // a column: standard deviation about the start, infinite: none
+  std::vector<Index> column;   // of each scalar of the UnknownList; -1: none of its own
+  Vector prior;                // a column: standard deviation about the start, infinite: none
+  std::vector<Tie> ties = {};  // of scalars without a column of their own, one a term
   Index columns() const { return prior.size(); }
+  bool is_free(Index scalar) const;
 
   // Every estimated parameter of every leg, leg by leg, without priors; all else is held.
   static Layout of_all_parameters(const Mechanism& mechanism, const Setup& setup);

@@ -267,6 +267,7 @@ class Unknown:
     free: Annotated[list[str] | None, of("free")] = None
     fixed: Annotated[list[str] | None, of("fixed")] = None
     shared: Annotated[list[str] | None, of("shared")] = None
+    tie: Annotated[list[str] | None, of("tie")] = None
     prior: Annotated[list[str] | None, of("prior")] = None
     frames: Annotated[list[str] | None, of("frames")] = None
     sensor: Annotated[Sensor | None, of("sensor")] = None
@@ -277,6 +278,7 @@ class Unknown:
             "free": several_of(self.free),
             "fixed": several_of(self.fixed),
             "shared": several_of(self.shared),
+            "tie": self.tie,
             "prior": priors_of(several_of(self.prior)),
             "frames": several_of(self.frames),
             "sensor": self.sensor,

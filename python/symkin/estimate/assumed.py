@@ -68,9 +68,10 @@ def assumed_of(problem: Problem, fit: _core.JointFit) -> tuple[Assumed, ...]:
         column=each,
         names=tuple(name for name in layout.scalars if name),
         prior=np.full(int(named.sum()), np.inf),
+        ties=(),
     )
     rows = whitened_rows(problem.with_layout(alone), fit)
-    onto = (layout.column[named, None] == np.arange(len(layout.names))).astype(float)
+    onto = layout.by_columns[named]
     own = rows @ onto
     information = np.einsum("nri,nrj->ij", own, own) + np.diag(layout.prior**-2.0)
     answer = inverse_of(information, sizes_of(problem))
@@ -113,6 +114,7 @@ def whitened_rows(problem: Problem, fit: _core.JointFit) -> Array:
         layout.column.tolist(),
         layout.prior,
         fit.poses,
+        ties=list(layout.ties),
     )
     return np.nan_to_num(rows.reshape(len(fit.poses), -1, len(layout.names)))
 

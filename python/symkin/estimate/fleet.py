@@ -266,6 +266,7 @@ def identify_many(
     free: Sequence[str] | None = None,
     fixed: Sequence[str] | None = None,
     shared: Sequence[str] | None = None,
+    tie: Sequence[str] | None = None,
     prior: Priors | None = None,
     frames: Sequence[str] | None = None,
     sensor: Sensor | None = None,
@@ -289,8 +290,8 @@ def identify_many(
     measurements : mapping of str to Measurements, sequence of Measurements, or table
         By the robots' names; one by one, named by their files or numbered from 1; or one table with
         a column ``robot``, as for `read_fleet`.
-    estimator, poses, loss, loss_scale, noise, max_iterations, free, fixed, shared, prior, frames, \
-sensor, gauge, loss_per, assume
+    estimator, poses, loss, loss_scale, noise, max_iterations, free, fixed, shared, tie, prior, \
+frames, sensor, gauge, loss_per, assume
         As for `identify`; by default what the mechanism's `identification` says. Where that is not
         all parameters of all legs, robots are identified as `identify` does, in seconds rather than
         milliseconds each.
@@ -333,6 +334,7 @@ sensor, gauge, loss_per, assume
         free=free,
         fixed=fixed,
         shared=shared,
+        tie=tie,
         prior=prior,
         frames=frames,
         sensor=sensor,

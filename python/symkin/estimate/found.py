@@ -313,13 +313,14 @@ class Found(Value, Generic[M]):
     def parameter_covariance(self) -> Array:
         """Covariance of all parameters, leg by leg; zero of those that are held, (legs p)^2."""
         has = self.nominal.has_parameter
-        column = np.full(has.shape, -1, dtype=np.intp)
+        by = np.zeros((*has.shape, len(self.names)))
         params = self.params
         for leg, index in np.argwhere(has).tolist():
             name = f"leg{leg + 1}.{self.nominal.parameter_names[index]}"
-            column[leg, index] = params[name].column if name in params else -1
-        padded = np.pad(self.covariance, (0, 1))
-        return np.asarray(padded[np.ix_(column.ravel(), column.ravel())])
+            for column, factor in params[name].moves if name in params else ():
+                by[leg, index, column] = factor
+        by = by.reshape(-1, len(self.names))
+        return np.asarray(by @ self.covariance @ by.T)
 
     @property
     def changes(self) -> Array:

@@ -44,6 +44,7 @@ def identify(
     free: Sequence[str] | None = None,
     fixed: Sequence[str] | None = None,
     shared: Sequence[str] | None = None,
+    tie: Sequence[str] | None = None,
     prior: Priors | None = None,
     frames: Sequence[str] | None = None,
     sensor: Sensor | None = None,
@@ -90,6 +91,10 @@ def identify(
     shared : sequence of str, optional
         Patterns of parameters that differ from the drawing by the same amount in all legs that the
         pattern matches.
+    tie : sequence of str, optional
+        Equations of the legs' parameters: ``leg1.distal_length = leg2.distal_length``, with factors
+        and sums (``leg1.a + leg1.b = 0.4 m``). Parameters that are equal, or multiples, are one
+        draw of the workshop, with one tolerance; of a sum that is stated all keep theirs.
     prior : "tolerances", or mapping of str to float or str, optional
         Standard deviations about the drawing: the tolerances of everything unknown that has one, or
         one for each pattern, in SI units or as an expression (``"0.1 mm"``).
@@ -138,6 +143,7 @@ def identify(
         "free": free,
         "fixed": fixed,
         "shared": shared,
+        "tie": tie,
         "prior": prior,
         "frames": frames,
         "sensor": sensor,

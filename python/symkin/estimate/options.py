@@ -30,6 +30,7 @@ class EstimateOptions(Value):
     free: tuple[str, ...] | None = None
     fixed: tuple[str, ...] = ()
     shared: tuple[str, ...] = ()
+    tie: tuple[str, ...] = ()
     prior: Priors | None = None
     frames: tuple[str, ...] = ()
     sensor: Sensor = "linear"
@@ -44,7 +45,7 @@ class EstimateOptions(Value):
             one_of(name, getattr(self, name), words)
         if isinstance(self.noise, str):
             one_of("noise", self.noise, ("estimate",))
-        for name in ("free", "fixed", "shared", "frames"):
+        for name in ("free", "fixed", "shared", "tie", "frames"):
             value = getattr(self, name)
             if value is not None:
                 many = (value,) if isinstance(value, str) else tuple(value)

@@ -29,6 +29,7 @@ _SHOWN = 0.5
 Status = Literal[
     "free",
     "shared",
+    "tied",
     "held",
     "held, a constant of the description",
     "held, since the sensor's offset does the same",
@@ -56,10 +57,12 @@ class Unknown(Value):
     tolerance, prior : float
         Standard deviations of manufacturing and of the prior; NaN without.
     status : str
-        "free", "shared" or "held", with the reason if it always is; or what the data do not show
-        by themselves.
+        "free", "shared", "tied" or "held", with the reason if it always is; or what the data do not
+        show by themselves.
     column : int
-        Of the covariance; -1 if it is held.
+        Of the covariance; -1 if it is held, or tied.
+    moves : tuple of (int, float)
+        With which columns it moves, and by which factors.
     """
 
     name: str
@@ -71,18 +74,19 @@ class Unknown(Value):
     prior: float
     status: Status
     column: int = field(private=True, default=-1)
+    moves: tuple[tuple[int, float], ...] = field(private=True, default=())
 
     derived: ClassVar[tuple[str, ...]] = ("change", "change_in_tolerances")
 
     @property
     def change(self) -> float:
         """How far it is from the drawing; NaN without one, and if it is held."""
-        return self.value - self.nominal if self.column >= 0 else float("nan")
+        return self.value - self.nominal if self.moves else float("nan")
 
     @property
     def shown(self) -> bool:
         """Whether the data determine it by themselves."""
-        return self.status in ("free", "shared")
+        return self.status in ("free", "shared", "tied")
 
     @property
     def change_in_tolerances(self) -> float:
@@ -114,6 +118,7 @@ def unknowns_of(
     drawn = scalar_values(core_setup(whole, nominal.curvature))
     places = {"base": given.base, "target": given.target, "plane": given.plane}
     places |= {f"point{i + 1}": place for i, place in enumerate(points)}
+    by = layout.by_columns
     hidden = np.linalg.norm(unseen, axis=1) if unseen.size else np.zeros(len(layout.names))
     found = []
     for i, name in enumerate(layout.scalars):
@@ -139,6 +144,7 @@ def unknowns_of(
                 prior=float(prior) if np.isfinite(prior) else float("nan"),
                 status=_status(layout, i, declared[i], hidden),
                 column=column,
+                moves=tuple((k, float(by[i, k])) for k in np.flatnonzero(by[i]).tolist()),
             )
         )
     return tuple(found)
@@ -146,6 +152,8 @@ def unknowns_of(
 
 def _status(layout: Layout, scalar: int, deviation: float, hidden: Array) -> Status:
     column = layout.column[scalar]
+    if any(scalar == each for each, _, _ in layout.ties):
+        return "tied"
     if column < 0:
         reasons: dict[str, Status] = {
             CONSTANT: "held, a constant of the description",

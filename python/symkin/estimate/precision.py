@@ -384,6 +384,7 @@ def _gradient(problem: Problem, fit: _core.JointFit, pose: int, deviations: Arra
         layout.column_tolerances,
         fit.poses[pose : pose + 1],
         rows=False,
+        ties=list(layout.ties),
     )
     return np.asarray(-alone.change / held**2)
 

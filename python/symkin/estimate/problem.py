@@ -146,7 +146,7 @@ class Problem:
             layout = layout_of(straight, setup, options, readings)
         noise = options.declared(mechanism.noise)
         made = cls(straight, setup, layout, measurements, noise, options)
-        return made if marked else made._with_frames()
+        return (made if marked else made._with_frames())._tied()
 
     @property
     def observations(self) -> _core.Observations:
@@ -163,6 +163,25 @@ class Problem:
         if not (base or target):
             return self
         return self._with_posed_frames(base, target)
+
+    def _tied(self) -> Problem:
+        """Start parameters where ties hold that the drawing breaks."""
+        shift, setup = self.layout.shift, self.setup
+        if not shift.any():
+            return self
+        legs, count = setup.parameters.shape
+        by_leg = shift[: legs * (count + 3)].reshape(legs, count + 3)
+        moved = self.mechanism.with_parameters(setup.parameters + by_leg[:, :count], symmetry=None)
+        made = _core.Setup(
+            moved.straight,
+            np.asarray(setup.curvature) + by_leg[:, count:],
+            setup.base,
+            setup.target,
+            np.array(setup.points),
+            np.array(setup.anchors),
+            np.array(setup.plane),
+        )
+        return dataclasses.replace(self, setup=made)
 
     def _is_free(self, block: str) -> bool:
         """Whether a frame, or a place, is unknown, and no prior says where it is."""
@@ -277,6 +296,7 @@ class Problem:
                 nearest,
                 tolerances,
                 start,
+                ties=list(layout.ties),
             )
         except NotIdentifiableError as error:
             scale = np.where(tolerances > 0, tolerances, 1e-3)
@@ -401,6 +421,7 @@ def layout_of(
         free=options.free,
         fixed=options.fixed,
         shared=options.shared,
+        tie=options.tie,
         prior=options.prior,
         frames=options.frames,
         sensor=options.sensor,

@@ -144,18 +144,19 @@ def _calibrated(
     """Values and deviations of all scalars, signs of the columns, and the mechanism."""
     setup, layout = fit.setup, problem.layout
     values = scalar_values(setup)
+    by = layout.by_columns
     with np.errstate(invalid="ignore"):
-        of_columns = np.append(np.sqrt(np.diag(known)), np.nan)
-    deviations = of_columns[layout.column]
+        deviations = np.sqrt(np.einsum("ij,jk,ik->i", by, known, by))
+    deviations[~by.any(axis=1)] = np.nan
     legs, count = len(nominal.legs), len(nominal.parameter_names)
     parameters, signs = canonical(nominal, setup.parameters)
     by_leg = deviations[: legs * (count + 3)].reshape(legs, count + 3)
     by_value = values[: legs * (count + 3)].reshape(legs, count + 3)
     by_value[:, :count] = parameters
     made = as_mechanism(nominal.replace(curvature=None), parameters, by_leg[:, :count])
-    of_legs = layout.column[: legs * (count + 3)].reshape(legs, count + 3)[:, :count].ravel()
-    covariance = np.pad(known, (0, 1))  # the column of what is held
-    made = with_correlations(made, covariance[np.ix_(of_legs, of_legs)] * np.outer(signs, signs))
+    of_legs = by[: legs * (count + 3)].reshape(legs, count + 3, -1)[:, :count]
+    of_legs = of_legs.reshape(legs * count, -1)
+    made = with_correlations(made, of_legs @ known @ of_legs.T * np.outer(signs, signs))
     made = _with_symmetry(made, nominal)
     latent = fit.poses[np.isfinite(fit.poses).all(axis=1)]
     if not len(latent):

@@ -57,6 +57,7 @@ class Unknowns(TypedDict, total=False):
     free: Sequence[str] | None
     fixed: Sequence[str] | None
     shared: Sequence[str] | None
+    tie: Sequence[str] | None
     prior: Priors | None
     frames: Sequence[str] | None
     sensor: Sensor | None
@@ -244,7 +245,15 @@ class Survey(Value):
 
     def _rows(self, setup: _core.Setup, seen: _core.Observations, places: Array) -> Array:
         layout, core = self.layout, self.mechanism.core
-        rows = _core.observed_rows(core, setup, seen, layout.column.tolist(), layout.prior, places)
+        rows = _core.observed_rows(
+            core,
+            setup,
+            seen,
+            layout.column.tolist(),
+            layout.prior,
+            places,
+            ties=list(layout.ties),
+        )
         return rows.reshape(len(places), -1, len(layout.names))
 
     def covariance(self, rows: Sequence[Array]) -> Array:
@@ -390,11 +399,10 @@ class Survey(Value):
             frames_alone[:, 3:] = 0
         if self.floating:
             effects = _without(effects, frames_alone, mechanism.characteristic_length)
-        column = self.layout.column[: effects.shape[2]]
-        onto = (column[:, None] == np.arange(len(self.unknowns))).astype(float)
+        onto = self.layout.by_columns[: effects.shape[2]]
         moved = [effects @ onto]
         for each in self.assumed:
-            itself = np.zeros(len(column))
+            itself = np.zeros(len(onto))
             of_robot = not each.name.startswith(("point", "anchor"))
             if of_robot and each.name.partition(".")[0] not in _BESIDE:
                 itself[self.layout.scalars.index(each.name)] = 1

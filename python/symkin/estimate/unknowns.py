@@ -13,13 +13,15 @@ from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import SymkinError, did_you_mean, one_of
+from symkin.estimate.ties import Solved, equation_of, solved
 from symkin.model.chains import ABSENT
+from symkin.model.core_setup import scalar_values
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import IdentificationSettings
 from symkin.model.tolerances import parameter_tolerances
 from symkin.options import Frame, Gauge, LossPer, Sensor
 from symkin.storage.quantities import evaluate_quantity
-from symkin.values import Value, record
+from symkin.values import Value, field, record
 
 __all__ = [
     "BED",
@@ -47,6 +49,7 @@ _CURVATURE = {
 CONSTANT = "a constant of the description"
 REDUNDANT = "since the sensor's offset does the same"
 SCALE, BED = "scale", "bed"  # what may be assumed besides scalars
+_NO_TOLERANCE = 1e-6  # m or rad: next to what is made within a tolerance, as good as held
 _TERMS = ("sensor_quadratic", "sensor_cosine", "sensor_sine")
 
 
@@ -71,6 +74,12 @@ class Layout(Value):
         Of the columns: a scalar's, or ``distal_length`` for one that all legs share.
     prior : ndarray
         Standard deviation of each column about its start; infinite without a prior.
+    ties : tuple of (int, int, float)
+        Scalars without a column of their own that follow columns, and by which factors.
+    sums : tuple of int
+        Those of them that keep a prior of their own, since a sum was stated.
+    shift : ndarray
+        Of each scalar: how far from the drawing it starts, so that all ties hold.
     """
 
     scalars: tuple[str, ...]
@@ -80,6 +89,9 @@ class Layout(Value):
     column: NDArray[np.intp]
     names: tuple[str, ...]
     prior: Array
+    ties: tuple[tuple[int, int, float], ...] = ()
+    sums: tuple[int, ...] = ()
+    shift: Array = field(default_factory=lambda: np.zeros(0))
 
     @classmethod
     def of(
@@ -90,6 +102,7 @@ class Layout(Value):
         free: Sequence[str] | None = None,
         fixed: Sequence[str] = (),
         shared: Sequence[str] = (),
+        tie: Sequence[str] = (),
         prior: Priors | None = None,
         frames: Sequence[str] = (),
         sensor: Sensor = "linear",
@@ -123,6 +136,11 @@ class Layout(Value):
         shared = [shared] if isinstance(shared, str) else shared
         ties = [_tie(names, pattern, sorts) for pattern in shared]
         chosen = chosen.union(*ties) - names.matching("fixed", fixed) | _placeless(mechanism, names)
+        values = dict(zip(scalars, scalar_values(setup).tolist(), strict=True))
+        bound = _bound(names, units, [tie] if isinstance(tie, str) else tie, chosen, values)
+        followers = {names.index[name] for name in bound.by}
+        _refuse_twice(names, followers & set().union(*ties))
+        chosen -= followers
         if not chosen:
             raise SymkinError("nothing is free, so there is nothing to identify")
         groups = _groups(names, ties, chosen, sorts)
@@ -139,7 +157,15 @@ class Layout(Value):
             column=column,
             names=tuple(_name(names, members) for members in groups),
             prior=np.full(len(groups), np.inf),
+            ties=tuple(
+                (names.index[name], int(column[names.index[other]]), factor)
+                for name, terms in bound.by.items()
+                for other, factor in terms.items()
+                if factor
+            ),
+            sums=tuple(sorted(names.index[name] for name in bound.measured)),
         )
+        made = made._tied(bound, values)
         return made.with_prior(prior) if prior is not None else made
 
     @property
@@ -147,6 +173,50 @@ class Layout(Value):
         """Tolerance of each column; zero where there is none."""
         found, of_column = np.zeros(len(self.names)), self.column >= 0
         np.maximum.at(found, self.column[of_column], self.tolerances[of_column])
+        return found
+
+    @property
+    def by_columns(self) -> Array:
+        """How the scalars move with the columns, shape (scalars, columns)."""
+        found = np.zeros((len(self.scalars), len(self.names)))
+        own = np.flatnonzero(self.column >= 0)
+        found[own, self.column[own]] = 1.0
+        for scalar, column, factor in self.ties:
+            found[scalar, column] += factor
+        return found
+
+    def _tied(self, bound: Solved, values: Mapping[str, float]) -> Layout:
+        """Return it starting where ties hold that the drawing breaks, nearest in tolerances."""
+        shift = np.zeros(len(self.scalars))
+        if bound.by:
+            by = self.by_columns
+            at = dict(zip(self.scalars, range(len(self.scalars)), strict=True))
+            followers = [at[name] for name in bound.by]
+            off = np.zeros(len(self.scalars))
+            for name, terms in bound.by.items():
+                wanted = bound.constants[name] + sum(f * values[each] for each, f in terms.items())
+                off[at[name]] = wanted - values[name]
+            concerned = np.abs(by[followers]).sum(axis=0) > 0
+            rows = np.asarray((by[:, concerned] != 0).any(axis=1))
+            rows[followers] = True
+            weights = 1 / np.where(self.tolerances > 0, self.tolerances, _NO_TOLERANCE)[rows]
+            moves = np.zeros(len(self.names))
+            matrix = by[rows][:, concerned] * weights[:, None]
+            moves[concerned] = -np.linalg.lstsq(matrix, off[rows] * weights, rcond=None)[0]
+            shift = by @ moves + off
+        return replace(self, shift=shift)
+
+    def _joined(self, deviations: Array) -> Array:
+        """Of each column, of the deviations of its first scalar and of sums that follow it."""
+        found = np.full(len(self.names), np.inf)
+        own = np.flatnonzero((self.column >= 0) & (deviations > 0))
+        largest = np.zeros(len(self.names))
+        np.maximum.at(largest, self.column[own], deviations[own])
+        found[largest > 0] = largest[largest > 0]
+        terms = [scalar for scalar, _, _ in self.ties]
+        for scalar, column, factor in self.ties:
+            if scalar in self.sums and terms.count(scalar) == 1 and deviations[scalar] > 0:
+                found[column] = (found[column] ** -2 + (factor / deviations[scalar]) ** 2) ** -0.5
         return found
 
     @property
@@ -163,19 +233,22 @@ class Layout(Value):
         values = np.array(self.prior)
         if isinstance(prior, str):
             one_of("prior", prior, ("tolerances",))
-            tolerances = self.column_tolerances
-            values = np.where((tolerances > 0) & np.isinf(values), tolerances, values)
+            joined = self._joined(self.tolerances)
+            values = np.where(np.isinf(values), joined, values)
             return replace(self, prior=values)
+        given_to = np.zeros(len(self.scalars))
         names = _Names(self.scalars, _TERMS, self.always_held)
         for pattern, given in prior.items():
             for scalar in sorted(names.matching("prior", [pattern])):
-                number = self.column[scalar]
-                if number < 0:
+                if self.column[scalar] < 0 and scalar not in self.sums:
+                    followed = any(scalar == each for each, _, _ in self.ties)
+                    what = "follows others by a tie" if followed else "is not free"
                     raise SymkinError(
-                        f'prior "{pattern}" is of {self.scalars[scalar]}, which is not free'
+                        f'prior "{pattern}" is of {self.scalars[scalar]}, which {what}'
                     )
-                values[number] = _deviation(pattern, given, self.units[scalar])
-        return replace(self, prior=values)
+                given_to[scalar] = _deviation(pattern, given, self.units[scalar])
+        joined = self._joined(given_to)
+        return replace(self, prior=np.where(np.isfinite(joined), joined, values))
 
     def declared(self, assume: Mapping[str, float | str]) -> dict[str, tuple[str, float]]:
         """Unit and standard deviation of each assumption, of scalars those that are held.
@@ -187,6 +260,7 @@ class Layout(Value):
             or a bare number for scalars of several units.
         """
         names = _Names(self.scalars, (), self.always_held)
+        held_ones = np.flatnonzero(~self.by_columns.any(axis=1)).tolist()
         found: dict[str, tuple[str, float]] = {}
         for pattern, given in assume.items():
             if pattern in (SCALE, BED):
@@ -194,7 +268,7 @@ class Layout(Value):
                 found[pattern] = unit, _deviation(pattern, given, unit, "assumption")
                 continue
             matched = sorted(names.matching("assume", [pattern], (SCALE, BED)))
-            held = [scalar for scalar in matched if self.column[scalar] < 0]
+            held = [scalar for scalar in matched if scalar in held_ones]
             if not held:
                 raise SymkinError(
                     f'assume "{pattern}" is of {self.scalars[matched[0]]}, which is estimated; '
@@ -238,6 +312,7 @@ class Layout(Value):
             column=renumbered[self.column],
             names=tuple(self.names[i] for i in kept),
             prior=self.prior[kept],
+            ties=tuple((s, int(renumbered[c]), f) for s, c, f in self.ties if renumbered[c] >= 0),
         )
 
 
@@ -355,11 +430,38 @@ def _tie(names: _Names, pattern: str, sorts: Sequence[object]) -> set[int]:
         found = [names.scalars[scalar] for scalar in sorted(tie)]
         own = found[0].partition(".")[2]
         shown = ", ".join(found[:2]) + ", ..." * (len(found) > 2)
+        unlike = f"; unlike names: --tie '{found[0]} = {found[1]}'" if len(found) > 1 else ""
         raise SymkinError(
             f'shared "{pattern}" ties nothing: it matches {shown}; expected one pattern of the '
-            f'same parameter in several legs, such as "{own}", or "leg[12].{own}" of two'
+            f'same parameter in several legs, such as "{own}", or "leg[12].{own}" of two{unlike}'
         )
     return tie
+
+
+def _bound(
+    names: _Names,
+    units: Sequence[str],
+    ties: Sequence[str],
+    chosen: set[int],
+    values: Mapping[str, float],
+) -> Solved:
+    """What ties of the legs' parameters leave free; angles as they are drawn, by whole turns."""
+    of_legs = {name: units[i] for name, i in names.index.items() if name.startswith("leg")}
+    equations = []
+    for text in ties:
+        tie = equation_of(text, of_legs)
+        unit = of_legs[next(iter(tie.factors))]
+        if unit == "rad" and all(factor == round(factor) for factor in tie.factors.values()):
+            drawn = sum(factor * values[name] for name, factor in tie.factors.items())
+            turns = round((drawn - tie.constant) / (2 * np.pi))
+            tie = tie._replace(constant=tie.constant + 2 * np.pi * turns)
+        equations.append(tie)
+    return solved(equations, {names.scalars[i] for i in chosen}, values)
+
+
+def _refuse_twice(names: _Names, scalars: set[int]) -> None:
+    if scalars:
+        raise SymkinError(f"{names.scalars[min(scalars)]} is shared and tied; expected one of both")
 
 
 def _groups(

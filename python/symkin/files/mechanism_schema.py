@@ -220,6 +220,7 @@ IDENTIFICATION = table(
         "free": _PATTERNS,
         "fixed": _PATTERNS,
         "shared": _PATTERNS,
+        "tie": list_of(text(1000)),
         "prior": Kind(
             _prior,
             {

@@ -281,6 +281,8 @@ class IdentificationSettings(_Settings):
     ----------
     free, fixed, shared : tuple of str or None
         Patterns of names.
+    tie : tuple of str or None
+        Equations of parameters.
     prior : str, mapping of str to float or str, or None
         ``"tolerances"``, or a standard deviation for each pattern.
     frames : tuple of str
@@ -295,6 +297,7 @@ class IdentificationSettings(_Settings):
     free: tuple[str, ...] | None = None
     fixed: tuple[str, ...] | None = None
     shared: tuple[str, ...] | None = None
+    tie: tuple[str, ...] | None = None
     prior: str | Mapping[str, float | str] | None = field(default=None, hash=False)
     frames: tuple[str, ...] | None = None
     sensor: str | None = None

@@ -105,6 +105,9 @@ _ALL = (
            help="Held, whatever else says so."),
     Option("shared", list[str], metavar="PATTERN", seldom=_UNKNOWN,
            help="Changed by the same amount in all legs that match."),
+    Option("tie", list[str], metavar="EQUATION", seldom=_UNKNOWN,
+           help="Parameters that follow others: 'leg1.distal_length = leg2.distal_length', with "
+                "factors and sums ('... + ... = 0.2 m'); may be repeated."),
     Option("prior", dict, metavar="PRIOR", objects=True,
            help="'tolerances', or PATTERN=DEVIATION about the drawing, such as 'base.*=1 mm'."),
     Option("frames", list[Frame], metavar="FRAME",

@@ -227,9 +227,9 @@ def make_plan(
         the candidates are put on the plane, which is unknown, and the tolerances are priors, as
         `identify` has it.
     **unknowns
-        `free`, `fixed`, `shared`, `prior`, `frames` and `sensor` of `identify`: what is unknown; by
-        default what the mechanism's `identification` says, or all parameters. Priors count as
-        information that is there beforehand. As with `observe`, the design is "mechanism".
+        `free`, `fixed`, `shared`, `tie`, `prior`, `frames` and `sensor` of `identify`: what is
+        unknown; by default what the mechanism's `identification` says, or all parameters. Priors
+        count as information that is there beforehand. As with `observe`, the design is "mechanism".
 
     Returns
     -------

@@ -28,23 +28,41 @@ LatentPoses::LatentPoses(const Mechanism& mechanism, const Observations& observa
   const auto column = [&](Index scalar) { return layout.column[at_index(scalar)]; };
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
     for (Index i = 0; i < UnknownList::kCurvature; ++i) {
-      if (column(list_.curvature(leg) + i) >= 0) {
+      if (layout.is_free(list_.curvature(leg) + i)) {
         width_ = mechanism.parameter_count() + UnknownList::kCurvature;
       }
     }
   }
+  std::vector<Index> scalars;  // of the columns
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
     for (Index i = 0; i < width_; ++i) {
-      columns_.push_back(column(list_.leg(leg) + i));
+      scalars.push_back(list_.leg(leg) + i);
     }
   }
   for (Index scalar = list_.base(); scalar < list_.size(); ++scalar) {
-    const bool free = column(scalar) >= 0;
+    const bool free = layout.is_free(scalar);
     shared_of_.push_back(free ? shared_++ : -1);
     if (free) {
-      columns_.push_back(column(scalar));
+      scalars.push_back(scalar);
       const bool own = scalar >= list_.point(0);
       directions_ = std::max(directions_, own ? factors::kBase : factors::kDirections);
+    }
+  }
+  for (const Index scalar : scalars) {
+    columns_.push_back(column(scalar));
+  }
+  if (!layout.ties.empty()) {
+    by_columns_.setZero(static_cast<Index>(scalars.size()), column_count_);
+    for (Index i = 0; i < by_columns_.rows(); ++i) {
+      const Index scalar = scalars[at_index(i)];
+      if (column(scalar) >= 0) {
+        by_columns_(i, column(scalar)) = 1;
+      }
+      for (const Tie& tie : layout.ties) {
+        if (tie.scalar == scalar) {
+          by_columns_(i, tie.column) += tie.factor;
+        }
+      }
     }
   }
   plan_ = planned_rows(mechanism, observations, setup, directions_ < factors::kDirections);
@@ -191,6 +209,16 @@ void LatentPoses::add_to(NormalEquations& equations, const Vector& weights) {
   RowMatrix information(size, size);
   Vector gradient(size);
   latent_kernels().add(kernel_rows(nullptr), weights.data(), information.data(), gradient.data());
+  if (by_columns_.size() > 0) {
+    for (Index i = 0; i < size; ++i) {
+      for (Index j = 0; j < i; ++j) {
+        information(j, i) = information(i, j);
+      }
+    }
+    equations.gradient += by_columns_.transpose() * gradient;
+    equations.information += product(by_columns_.transpose(), product(information, by_columns_));
+    return;
+  }
   for (Index i = 0; i < size; ++i) {
     const Index row = columns_[at_index(i)];
     if (row < 0) {
@@ -214,6 +242,9 @@ void LatentPoses::move(const Vector& d, RowMatrix& tangents, RowMatrix& errors) 
   for (Index i = 0; i < step.size(); ++i) {
     const Index column = columns_[at_index(i)];
     step[i] = column < 0 ? 0 : d[column];
+  }
+  if (by_columns_.size() > 0) {
+    step = by_columns_ * d;
   }
   tangents.resize(observations_.count(), mechanism_.dof());
   errors.resize(observations_.count(), mechanism_.leg_count());
@@ -250,9 +281,12 @@ LinearPose LatentPoses::rows(Index pose) const {
     const Index first = closure ? origin.index * width_ : mechanism_.leg_count() * width_;
     for (Index k = 0; k < width; ++k) {
       const Index column = columns_[at_index(first + k)];
-      if (column >= 0) {
-        linear.by_unknowns(row, column) += closure ? at(places_.by_unknowns, i * width + k)
-                                                   : at(places_.by_shared, (i - bound) * width + k);
+      const double derivative = closure ? at(places_.by_unknowns, i * width + k)
+                                        : at(places_.by_shared, (i - bound) * width + k);
+      if (by_columns_.size() > 0) {
+        linear.by_unknowns.row(row) += derivative * by_columns_.row(first + k);
+      } else if (column >= 0) {
+        linear.by_unknowns(row, column) += derivative;
       }
     }
   }

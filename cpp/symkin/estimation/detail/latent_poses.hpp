@@ -62,6 +62,8 @@ class LatentPoses {
   UnknownList list_;
   Index width_;                 // scalars of a leg that may be free: no curvature where it is held
   std::vector<Index> columns_;  // of the legs' scalars and of the shared
+  // How those move with the columns, where any is tied; empty: each with its own alone.
+  RowMatrix by_columns_;
   std::vector<Index> shared_of_;  // see LatentRows
   Index column_count_, shared_ = 0;
   int directions_;

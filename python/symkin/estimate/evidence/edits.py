@@ -49,8 +49,8 @@ def corrections_of(stated: Correction) -> Iterator[Correction]:
 
 def _all_free(stated: Correction) -> Iterator[Correction]:
     options = stated.options
-    if options.free is not None or options.fixed or options.shared:
-        wide = dataclasses.replace(options, free=None, fixed=(), shared=())
+    if options.free is not None or options.fixed or options.shared or options.tie:
+        wide = dataclasses.replace(options, free=None, fixed=(), shared=(), tie=())
         cause = Doubt("held-is-wrong", figures={"evidence": "", "help": ""})
         yield stated.of(cause, stated.mechanism, wide)
 

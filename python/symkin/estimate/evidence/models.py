@@ -86,7 +86,7 @@ def model_of(found: Found, alternatives: Sequence[Alternative], what: str) -> Mo
     if what == "frames alone":
         framed = with_frames(found.nominal, found.measurements, found.options)
         options = framed and dataclasses.replace(
-            framed, free=framed.frames, shared=(), prior=None, noise=found.noise
+            framed, free=framed.frames, shared=(), tie=(), prior=None, noise=found.noise
         )
     if options is None:
         return None

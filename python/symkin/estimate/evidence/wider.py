@@ -80,7 +80,7 @@ def alternatives_of(found: Found) -> list[Alternative]:
         wider.append(("quadratic", options, dataclasses.replace(options, sensor="quadratic")))
         if found.nominal.reading_unit == "rad":
             wider.append(("eccentric", options, dataclasses.replace(options, sensor="eccentric")))
-    if options.free is not None or options.fixed or options.shared:
+    if options.free is not None or options.fixed or options.shared or options.tie:
         wider.append(("held", options, all_free(options)))
     # Without priors, end points that are free follow any frame.
     held = dataclasses.replace(
@@ -129,7 +129,7 @@ def _compared(
 def all_free(options: EstimateOptions) -> EstimateOptions:
     """The same with nothing held or shared but parts of frames."""
     fixed = tuple(each for each in options.fixed if each.partition(".")[0] in ("base", "target"))
-    return dataclasses.replace(options, free=None, fixed=fixed, shared=())
+    return dataclasses.replace(options, free=None, fixed=fixed, shared=(), tie=())
 
 
 def doubts_of_models(
@@ -165,7 +165,7 @@ def _doubt_of(found: Found, other: Alternative, help_in_words: Callable[[str], s
 def contradiction_of(found: Found) -> str:
     """Why an estimate did not converge that would if nothing was held; empty if that is not why."""
     options = found.options
-    if options.free is None and not options.fixed and not options.shared:
+    if options.free is None and not options.fixed and not options.shared and not options.tie:
         return ""
     wide = dataclasses.replace(
         all_free(options), prior="tolerances", gauge="prior", noise=found.noise

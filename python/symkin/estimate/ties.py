@@ -1,0 +1,204 @@
+# SPDX-License-Identifier: MIT
+"""Unknowns that are tied to each other: equations of them in words, and what they leave free."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Collection, Mapping, Sequence
+from typing import NamedTuple
+
+from symkin.errors import SymkinError, did_you_mean
+from symkin.storage.quantities import evaluate_quantity
+
+__all__ = ["Equation", "Solved", "equation_of", "solved"]
+
+_NAME = re.compile(r"[A-Za-z_][\w.]*[A-Za-z_]\w*|[A-Za-z_]\w*")
+_NOTHING = 1e-9  # of an equation's size: it says nothing, or its sides agree
+_WHOLE = 1e-12  # of a factor, to which rounding may have moved it
+
+
+class Equation(NamedTuple):
+    """``sum of factors times unknowns = constant``, of one tie.
+
+    Attributes
+    ----------
+    text : str
+        As it was written.
+    factors : dict of str to float
+        By the names of the unknowns, in the order in which they were named.
+    constant : float
+        In SI units.
+    measured : bool
+        Whether a number was stated too: that is knowledge of a sum, while unknowns that are equal,
+        or multiples, are one draw of the workshop.
+    """
+
+    text: str
+    factors: dict[str, float]
+    constant: float
+    measured: bool
+
+
+def equation_of(text: str, units: Mapping[str, str]) -> Equation:
+    """Read a tie, such as ``leg1.distal_length = 2 * leg2.distal_length``.
+
+    Parameters
+    ----------
+    text : str
+        Two sides, each a sum of unknowns with factors and of quantities.
+    units : mapping of str to str
+        Of every unknown that there is.
+
+    Raises
+    ------
+    SymkinError
+        Quoting the tie, and what is wrong with it.
+    """
+    sides = text.split("=")
+    if len(sides) != 2 or not all(each.strip() for each in sides):
+        raise SymkinError(f'tie "{text}" is no equation; expected two sides, such as {_EXAMPLE}')
+    named = [name for name in _NAME.findall(text) if name in units]
+    for name in _NAME.findall(text):
+        own = [each for each in units if each.partition(".")[2] == name]
+        if own:
+            raise SymkinError(
+                f'tie "{text}": {name} of which leg? Expected such as {own[0]}; '
+                f"--shared {name} has it move by the same amount in all legs"
+            )
+        if "." in name and name not in units and not name.replace(".", "").isdigit():
+            raise SymkinError(f'tie "{text}": {name} is no unknown{did_you_mean(name, units)}')
+    if not named:
+        raise SymkinError(f'tie "{text}" names no unknown; expected such as {_EXAMPLE}')
+    kinds = sorted({units[name] for name in named})
+    if len(kinds) > 1:
+        shown = " and ".join(each or "a number" for each in kinds)
+        raise SymkinError(f'tie "{text}" is of unknowns in {shown}; expected one unit')
+    factors, constant = dict.fromkeys(named, 0.0), 0.0
+    for sign, side in zip((1.0, -1.0), sides, strict=True):
+        of_side, rest = _linear(text, side, units, kinds[0])
+        constant -= sign * rest
+        for name, factor in of_side.items():
+            factors[name] += sign * factor
+    if not any(factors.values()):
+        raise SymkinError(f'tie "{text}" says nothing of its unknowns')
+    two_alike = sum(map(bool, factors.values())) <= 2 and not constant
+    return Equation(text, factors, constant, measured=not two_alike)
+
+
+_EXAMPLE = "'leg1.distal_length = leg2.distal_length' or 'leg1.x + leg2.x = 0.2 m'"
+
+
+def _linear(
+    text: str, side: str, units: Mapping[str, str], unit: str
+) -> tuple[dict[str, float], float]:
+    """Factors of the unknowns on a side, and the rest."""
+    named = list(dict.fromkeys(name for name in _NAME.findall(side) if name in units))
+    spaced = re.sub(r"([\d.)])\s+(?=[A-Za-z_]\w*\.[A-Za-z_])", r"\1 * ", side)
+
+    def at(values: Mapping[str, float]) -> float:
+        def shown(match: re.Match[str]) -> str:
+            name = match.group()
+            return f"({values[name]!r} {unit})" if name in values else name
+
+        try:
+            return evaluate_quantity(_NAME.sub(shown, spaced).strip(), unit or "1")
+        except SymkinError as error:
+            raise SymkinError(f'tie "{text}": a side {error}') from error
+
+    rest = at(dict.fromkeys(named, 0.0))
+    found = {}
+    for name in named:
+        once, twice = (at({**dict.fromkeys(named, 0.0), name: step}) - rest for step in (1.0, 2.0))
+        if not math.isclose(twice, 2 * once, rel_tol=1e-9, abs_tol=1e-12):
+            raise SymkinError(f'tie "{text}" is not linear in {name}; expected sums and factors')
+        whole = round(once)
+        found[name] = float(whole) if abs(once - whole) < _WHOLE else once
+    all_of_them = at(dict.fromkeys(named, 1.0)) - rest
+    if not math.isclose(all_of_them, sum(found.values()), rel_tol=1e-9, abs_tol=1e-12):
+        raise SymkinError(f'tie "{text}" is no sum of unknowns with factors')
+    return found, rest
+
+
+class Solved(NamedTuple):
+    """What ties leave of the unknowns.
+
+    Attributes
+    ----------
+    by : dict of str to dict of str to float
+        Of every unknown that they bind: which others it follows, and by which factors.
+    constants : dict of str to float
+        And what is added.
+    measured : frozenset of str
+        Those of them that keep a draw of their own: of sums.
+    redundant : tuple of str
+        Ties that follow from those before them.
+    """
+
+    by: dict[str, dict[str, float]]
+    constants: dict[str, float]
+    measured: frozenset[str]
+    redundant: tuple[str, ...]
+
+
+def solved(
+    equations: Sequence[Equation], free: Collection[str], values: Mapping[str, float]
+) -> Solved:
+    """Solve ties one by one for the unknown that each names last (Gauss-Jordan).
+
+    Parameters
+    ----------
+    equations : sequence of Equation
+        The ties.
+    free : collection of str
+        The unknowns; all others have their `values`.
+    values : mapping of str to float
+        Of the drawing.
+
+    Raises
+    ------
+    SymkinError
+        Naming the ties that contradict each other.
+    """
+    found = Solved({}, {}, frozenset(), ())
+    made_of: dict[str, set[int]] = {}  # of a bound unknown, the ties that it follows from
+    for number, tie in enumerate(equations):
+        row = {name: factor for name, factor in tie.factors.items() if name in free and factor}
+        constant = tie.constant - sum(
+            factor * values[name] for name, factor in tie.factors.items() if name not in free
+        )
+        used = {number}
+        for name in [each for each in row if each in found.by]:
+            factor = row.pop(name)
+            constant -= factor * found.constants[name]
+            used |= made_of[name]
+            for other, by in found.by[name].items():
+                row[other] = row.get(other, 0.0) + factor * by
+        size = max(map(abs, tie.factors.values()))
+        row = {name: factor for name, factor in row.items() if abs(factor) > _NOTHING * size}
+        if not row:
+            scale = max([abs(tie.constant), *(abs(values[name]) for name in tie.factors)])
+            if abs(constant) > _NOTHING * max(scale, 1e-300):
+                texts = [f'"{equations[each].text}"' for each in sorted(used)]
+                raise SymkinError(
+                    f"{' and '.join(texts)} contradict{'s the drawing' * (len(texts) == 1)}"
+                    f"{' each other' * (len(texts) > 1)}: off by {abs(constant):.3g}; "
+                    "take one out, or free what is held"
+                )
+            found = found._replace(redundant=(*found.redundant, tie.text))
+            continue
+        last = [name for name in (*tie.factors, *row) if name in row][-1]
+        last = next((name for name in reversed(list(tie.factors)) if name in row), last)
+        factor = row.pop(last)
+        own, rest = {name: -by / factor for name, by in row.items()}, constant / factor
+        for name, terms in found.by.items():  # those before it that follow this one
+            part = terms.pop(last, 0.0)
+            if part:
+                found.constants[name] += part * rest
+                made_of[name] |= used
+                for other, more in own.items():
+                    terms[other] = terms.get(other, 0.0) + part * more
+        found.by[last], found.constants[last], made_of[last] = own, rest, used
+        if tie.measured:
+            found = found._replace(measured=found.measured | {last})
+    return found
