@@ -9,7 +9,7 @@ from symkin.analysis.alignment import poses_of_columns
 from symkin.analysis.observed import Observed
 from symkin.cli import main
 from symkin.errors import MeasurementError, SymkinError
-from symkin.model.poses import frame, poses_of, transforms
+from symkin.model.poses import frame, poses_of, transforms, vectors_from_quaternions
 from symkin.storage.tables import read_table
 
 BASE, TARGET = (1.0, -0.5, 0.3, 0.4, -1.2, 2.6), (0.05, 0.02, -0.1, 0.3, 0.1, -0.4)
@@ -147,3 +147,85 @@ def test_the_file_of_the_mechanism_is_not_replaced_by_its_frames(tmp_path, capsy
     assert main([*arguments, "--out", str(tmp_path), "--overwrite"]) == 2
     assert "frames.toml: is an input of this command" in capsys.readouterr().err
     assert robot.read_bytes() == before
+
+
+def angles_of(rotations, order):
+    """Angles about each axis as it has turned, or about fixed ones: the same, the other way."""
+    if order.islower():
+        return angles_of(rotations, order[::-1].upper())[:, ::-1]
+    a, b, c = ("XYZ".index(letter) for letter in order)
+    r = rotations
+    if a != c:
+        sign = 1 if (b - a) % 3 == 1 else -1
+        return np.stack(
+            [
+                np.arctan2(-sign * r[:, b, c], r[:, c, c]),
+                np.arcsin(sign * r[:, a, c]),
+                np.arctan2(-sign * r[:, a, b], r[:, a, a]),
+            ],
+            axis=1,
+        )
+    d = 3 - a - b
+    sign = 1 if (b - a) % 3 == 1 else -1
+    return np.stack(
+        [
+            np.arctan2(r[:, b, a], -sign * r[:, d, a]),
+            np.arccos(r[:, a, a]),
+            np.arctan2(r[:, a, b], sign * r[:, a, d]),
+        ],
+        axis=1,
+    )
+
+
+WAYS = (*("ZYX in degrees", "xyz", "ZXZ, inverse", "xyx in degrees, conjugate"),)
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_angles_are_recognised_by_a_few_poses_whatever_was_meant_by_them(robot, way):
+    order, _, how = way.partition(" in degrees")
+    order, _, end = (order + how).partition(", ")
+    few = robot[:8]
+    meant = transforms("spatial", seen(few))
+    back = np.swapaxes(meant.rotation, 1, 2)
+    position = meant.translation
+    if end == "inverse":
+        position = -np.einsum("nij,nj->ni", back, position)
+    angles = angles_of(back if end else meant.rotation, order)
+    if "degrees" in way:
+        angles = np.degrees(angles)
+    found = symkin.align_frames(np.hstack([position, angles]), few)
+    assert found.convention == way
+    assert f'but as "{way}"' in found.doubts[0]
+    np.testing.assert_allclose(found.frames.base, BASE, atol=2e-3)
+
+
+def test_rotation_vectors_are_taken_as_they_are_where_their_tilts_are_small(robot):
+    near = robot.copy()
+    near[:, 3:] = [0, 0, 0, 1] + 0.02 * near[:, 3:]
+    near[:, 3:] /= np.linalg.norm(near[:, 3:], axis=1)[:, None]
+    vectors = vectors_from_quaternions(seen(near)[:, 3:])
+    found = symkin.align_frames(np.hstack([seen(near)[:, :3], vectors]), near)
+    assert found.convention == "as measured"
+    assert found.trustworthy
+
+
+def test_angles_in_a_table_of_the_device_are_recognised(robot, tmp_path, capsys):
+    device = transforms("spatial", seen(robot[:10]))
+    values = np.hstack(
+        [
+            device.translation,
+            np.degrees(angles_of(device.rotation, "ZYX")),
+            robot[:10],
+        ]
+    )
+    names = "tx_m,ty_m,tz_m,ta_deg,tb_deg,tc_deg"
+    own = "px_m,py_m,pz_m,qx,qy,qz,qw"
+    header = f"{names},{own}"
+    path = tmp_path / "log.csv"
+    np.savetxt(path, values, delimiter=",", header=header, comments="")
+    assert main(["align", str(path), "--device", names, "--robot", own]) == 0
+    printed = " ".join(capsys.readouterr().out.split())
+    assert 'but as "ZYX"' in printed
+    told = ["align", str(path), "--device", names, "--robot", own, "--convention", "ZYX"]
+    assert main(told) == 0
+    assert "nothing speaks against them" in " ".join(capsys.readouterr().out.split())

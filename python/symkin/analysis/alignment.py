@@ -3,20 +3,27 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, Literal, NamedTuple, get_args
+from typing import Any, NamedTuple, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
-from symkin.analysis.frame_fit import align
+from symkin.analysis.conventions import (
+    ORDERS,
+    Convention,
+    ConventionFit,
+    fits_of,
+    rotations_from_angles,
+    ways_of,
+)
 from symkin.analysis.reflectors import body_of, in_three, is_tracked, motions_of
-from symkin.data.columns import read_pose_values
+from symkin.data.columns import has_columns, is_present, read_pose_values
 from symkin.data.measurements import Measurements
 from symkin.data.reading import read_measurements
-from symkin.errors import MeasurementError, SymkinError, one_of
+from symkin.errors import MeasurementError, one_of
+from symkin.errors import shown as shown_value
 from symkin.model.core_setup import core_setup
 from symkin.model.file_frames import as_drawn
 from symkin.model.mechanism import Mechanism
@@ -28,13 +35,14 @@ from symkin.model.poses import (
     rotations_from_vectors,
     space_named,
     transforms,
+    vectors_from_quaternions,
 )
 from symkin.model.settings import Frames, MeasurementColumns
 from symkin.options import checks
 from symkin.results import Result
-from symkin.storage.tables import Table, TableSource
+from symkin.storage.tables import Table, TableSource, read_table
 from symkin.storage.toml_file import toml_value
-from symkin.values import Value, field, record
+from symkin.values import field, record
 
 __all__ = [
     "Alignment",
@@ -47,37 +55,11 @@ __all__ = [
 ]
 
 Array = NDArray[np.float64]
-Convention = Literal["as measured", "inverse", "conjugate", "scalar first", "mirrored"]
 
-_PLAINLY = 3.0  # times: a convention fits if the next one leaves so much more
+_PLAINLY = 1.5  # times: a convention fits if the next one leaves so much more
+_PLAIN: tuple[str, ...] = get_args(Convention)
 _STEP = 1e-6
 _UNSEEN = 1e-9  # of the largest eigenvalue
-
-
-@record
-class ConventionFit(Value):
-    """How well the measured poses fit, taken in one way.
-
-    Attributes
-    ----------
-    convention : str
-        "as measured"; "inverse", the device's pose in the target's frame; "conjugate", rotations
-        the other way round; "scalar first", quaternions w, x, y, z; "mirrored", a left-handed
-        frame.
-    position_rms, orientation_rms : float
-        What is left of the distance (m) and of the angle (rad).
-    cost : float
-        Root mean square of both (m), a rotation counting as the way at `Alignment.length`; of a
-        platform that only turns in rad.
-    closure_unit : {"m", "rad"}
-        Of it.
-    """
-
-    convention: Convention
-    position_rms: float = field(unit="m")
-    orientation_rms: float = field(unit="rad")
-    cost: float = field(unit="closure")
-    closure_unit: str = field(private=True, default="m")
 
 
 @record
@@ -108,7 +90,7 @@ class Alignment(Result):
     frames: Frames
     base_deviations: Array
     target_deviations: Array
-    convention: Convention
+    convention: str
     conventions: tuple[ConventionFit, ...]
     position_rms: float = field(unit="m")
     position_max: float = field(unit="m")
@@ -132,6 +114,8 @@ class Alignment(Result):
         best, *others = self.conventions
         unit = f"m{POSE_SPACES[self.pose_space].closure_unit}"
         near = [each for each in others if each.cost < _PLAINLY * best.cost]
+        if best.convention in _PLAIN:
+            near = [each for each in near if each.convention in _PLAIN]
         if near:
             names = ", ".join(f'"{each.convention}"' for each in near)
             yield (
@@ -186,7 +170,7 @@ def align_frames(
     robot: ArrayLike,
     points: ArrayLike | None = None,
     *,
-    convention: Convention | None = None,
+    convention: str | None = None,
     length: float = 1.0,
     pose_space: str = "",
 ) -> Alignment:
@@ -198,7 +182,8 @@ def align_frames(
     Parameters
     ----------
     measured : array_like, shape (N, coordinates)
-        Poses of the target in the device's frame.
+        Poses of the target in the device's frame; in space also positions and three numbers (N, 6),
+        which may be a rotation vector or angles about axes in any order, rad.
     robot : array_like, shape (N, coordinates)
         Poses of the platform in the base's frame: reported by the controller, or of the forward
         kinematics. Rows with NaN in either are left out.
@@ -207,7 +192,7 @@ def align_frames(
         are found have these on the platform, instead of a target.
     convention : str, optional
         How to take the measured poses, see `ConventionFit`; by default whichever fits best, which
-        the result says.
+        the result says, of three numbers out of 150.
     length : float
         At which a rotation counts as much as a translation, m.
     pose_space : {"planar", "point", "spatial", "translating", "spherical"}
@@ -219,26 +204,23 @@ def align_frames(
         For poses of unequal shapes, or too few of them.
     """
     device, own = (np.atleast_2d(np.asarray(each, dtype=float)) for each in (measured, robot))
-    if device.shape != own.shape:
+    space = space_named(pose_space, own.shape[1]).name
+    kind = POSE_SPACES[space]
+    triples = kind.has_quaternion and device.shape[1] == kind.size + 3
+    if len(device) != len(own) or not (triples or device.shape[1] == own.shape[1]):
         raise MeasurementError(
             f"the measured poses are {device.shape}, the robot's {own.shape}; expected as many of "
             "both"
         )
-    space = space_named(pose_space, device.shape[1]).name
     kept = np.isfinite(device).all(axis=1) & np.isfinite(own).all(axis=1)
     device, poses = device[kept], transforms(space, own[kept])
+    ways = ways_of(device, space, triples=triples)
     if convention is not None:
-        one_of("convention", convention, Convention)
-    ways = [convention] if convention else list(get_args(Convention))
-    fits = [
-        _aligned(way, poses, wanted, length, space)
-        for way in ways
-        for wanted in [_taken(way, device, space)]
-        if wanted is not None
-    ]
-    fits.sort(key=lambda fit: fit[0].cost)
+        if convention not in ways:
+            one_of("convention", convention, get_args(Convention))
+        ways = [convention]
+    fits = fits_of(ways, device, poses, length, space)
     best, base, target, wanted = fits[0]
-    kind = POSE_SPACES[space]
     size, shown = kind.size, kind.frame_components
     differences = moved(base, poses, target, wanted)[:, kind.components]
     deviations = _deviations(base, poses, target, wanted, space)
@@ -266,11 +248,18 @@ def _frames(base: Transform, target: Transform, points: ArrayLike | None, space:
     outer, inner = (tuple(each.tangent[shown].tolist()) for each in (base, target))
     if points is None:
         return Frames(outer, inner)
-    own = in_three(np.asarray(points, dtype=float)) @ target.rotation.T + target.translation
+    given = np.asarray(points, dtype=float)
+    if given.ndim != 2 or given.shape[1] not in (size, 3) or not np.isfinite(given).all():
+        raise MeasurementError(
+            f"points are {shown_value(points)}; expected {size} coordinates of each, m"
+        )
+    own = in_three(given) @ target.rotation.T + target.translation
     return Frames(outer, points=tuple(map(tuple, own[:, :size].tolist())))
 
 
-def poses_of_columns(table: Table, names: Sequence[str], angles: str | None = None) -> Array:
+def poses_of_columns(
+    table: Table, names: Sequence[str], angles: str | None = None, *, triples: bool = False
+) -> Array:
     """Return the poses of columns of a table, position first, SI.
 
     Parameters
@@ -282,6 +271,10 @@ def poses_of_columns(table: Table, names: Sequence[str], angles: str | None = No
         of a position and a rotation vector, or angles; seven of a position and a quaternion.
     angles : str, optional
         Axes of three angles: ``"XYZ"`` each as it has turned, ``"xyz"`` fixed.
+
+    triples : bool
+        Whether three numbers of an orientation are left as they are, since nobody says what they
+        mean.
 
     Returns
     -------
@@ -297,8 +290,7 @@ def poses_of_columns(table: Table, names: Sequence[str], angles: str | None = No
     if size is None:
         raise MeasurementError(f"a pose has {len(names)} columns; expected 2, 3, 4, 6 or 7")
     if angles is not None and (
-        len(names) != 6 or len(angles) != 3 or angles.lower().strip("xyz")
-        or not (angles.islower() or angles.isupper())
+        len(names) != 6 or angles not in ORDERS
     ):  # fmt: skip
         raise MeasurementError(
             f'angles about "{angles}" of a pose of {len(names)} columns; expected three letters of '
@@ -313,13 +305,11 @@ def poses_of_columns(table: Table, names: Sequence[str], angles: str | None = No
         rotation_vector=tuple(turns) if len(turns) == 3 else (),
     )
     values = read_pose_values(table, columns)
+    if angles is None and triples and len(turns) == 3:
+        return np.hstack([values.positions, values.angles])
     if angles is None:
         return values.poses()
-    rotation = np.eye(3)[None]
-    for letter, angle in zip(angles.lower(), values.angles.T, strict=True):
-        axis = np.eye(3)["xyz".index(letter)]
-        turn = rotations_from_vectors(angle[:, None] * axis)
-        rotation = rotation @ turn if angles.isupper() else turn @ rotation
+    rotation = rotations_from_angles(values.angles, angles)
     return poses_of("spatial", Transform(rotation, values.positions))
 
 
@@ -329,7 +319,8 @@ class SeenPoses(NamedTuple):
     Attributes
     ----------
     measured, robot : ndarray, shape (N, coordinates)
-        NaN where they were not measured in full, or the robot cannot take them.
+        NaN where they were not measured in full, or the robot cannot take them. Measured ones have
+        three numbers for the orientation, shape (N, 6), where the table has.
     points : ndarray, shape (n, 3), or None
         Points that the measured poses are of, in their own frame, m; None of poses as such.
     """
@@ -359,6 +350,10 @@ def poses_of_mechanism(
     measured, points = taken.poses, None
     if is_tracked(taken) and not np.isfinite(measured).all(axis=1).any():
         measured, points = _of_points(mechanism, taken)
+    elif _are_triples(mechanism, source, columns):
+        size = mechanism.space.size
+        vectors = vectors_from_quaternions(measured[:, size:])
+        measured = np.hstack([measured[:, :size], vectors])
     if taken.reported is not None:
         return SeenPoses(measured, as_drawn(mechanism, taken.reported), points)
     read = np.flatnonzero(np.isfinite(taken.readings).all(axis=1))
@@ -376,6 +371,19 @@ def poses_of_mechanism(
     )
     # Frames are for the mechanism's file.
     return SeenPoses(measured, as_drawn(mechanism, own), points)
+
+
+def _are_triples(
+    mechanism: Mechanism, source: TableSource, columns: MeasurementColumns | None
+) -> bool:
+    """Whether the orientations of a table are three numbers, of which nobody says which."""
+    if not mechanism.space.has_quaternion or hasattr(source, "read"):
+        return False
+    table = read_table(source, mechanism.step)
+    for own in (columns, mechanism.measurement_columns):
+        if own is not None and has_columns(table, own):
+            return bool(own.rotation_vector)
+    return is_present(table, "rx", None)
 
 
 def _of_points(mechanism: Mechanism, taken: Measurements) -> tuple[Array, Array]:
@@ -397,48 +405,6 @@ def _of_points(mechanism: Mechanism, taken: Measurements) -> tuple[Array, Array]
     poses = np.full_like(taken.poses, np.nan)
     poses[known] = poses_of(space.name, Transform(*(each[known] for each in motions)))
     return poses, body
-
-
-def _taken(way: Convention, device: Array, space: str) -> Transform | None:
-    """The measured poses in a convention; None where it means nothing."""
-    if way == "as measured":
-        return transforms(space, device)
-    if way == "scalar first":
-        kind = POSE_SPACES[space]
-        if not kind.has_quaternion:
-            return None
-        turned = np.roll(device[:, kind.size :], -1, axis=1)
-        return transforms(space, np.hstack([device[:, : kind.size], turned]))
-    if not POSE_SPACES[space].turns and way != "mirrored":
-        return None
-    if not POSE_SPACES[space].moves and way in ("mirrored", "conjugate"):
-        return None  # frames do the same as a mirror; without a position a conjugate is the inverse
-    poses = transforms(space, device)
-    turned = np.swapaxes(poses.rotation, 1, 2)
-    if way == "inverse":
-        return Transform(turned, -np.einsum("nij,nj->ni", turned, poses.translation))
-    if way == "conjugate":
-        return Transform(turned, poses.translation)
-    mirror = np.diag([1.0, 1.0, -1.0] if POSE_SPACES[space].in_space else [1.0, -1.0, 1.0])
-    rotation = mirror @ poses.rotation @ mirror
-    return Transform(rotation, poses.translation @ mirror)
-
-
-_Fit = tuple[ConventionFit, Transform, Transform, Transform]
-
-
-def _aligned(
-    way: Convention, poses: Transform, wanted: Transform, length: float, space: str
-) -> _Fit:
-    frames = align(poses, wanted, length, space)
-    if frames is None:
-        raise SymkinError(f"{len(wanted.translation)} poses always fit two frames; measure more")
-    left = moved(frames[0], poses, frames[1], wanted)
-    position = _rms(left[:, :3])
-    orientation = _rms(left[:, 3:]) if POSE_SPACES[space].turns else 0.0
-    kind = POSE_SPACES[space]
-    cost = math.hypot(position, length * orientation) if kind.moves else orientation
-    return ConventionFit(way, position, orientation, cost, kind.closure_unit), *frames, wanted
 
 
 def _deviations(
@@ -475,7 +441,3 @@ def _deviations(
     found = np.full(2 * len(free), np.nan)
     found[: len(columns)] = np.where(hidden, np.inf, np.sqrt(variances))
     return found
-
-
-def _rms(rows: Array) -> float:
-    return float(np.sqrt(np.mean(np.sum(rows**2, axis=1))))

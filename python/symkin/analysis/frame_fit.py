@@ -31,7 +31,7 @@ _FEW = 500  # poses that decide which start is the best
 
 
 def align(
-    poses: Transform, wanted: Transform, length: float, pose_space: str
+    poses: Transform, wanted: Transform, length: float, pose_space: str, *, steps: int = _STEPS
 ) -> tuple[Transform, Transform] | None:
     """Find the constant motions that bring poses nearest to those wanted.
 
@@ -47,6 +47,8 @@ def align(
     pose_space : {"planar", "point", "spatial", "translating", "spherical"}
         A planar pose is moved in its plane. A platform that never turns has no tool frame, since
         the base frame does the same.
+    steps : int
+        At most, from every start.
 
     Returns
     -------
@@ -60,8 +62,11 @@ def align(
         return None
     problem = _Problem(poses, wanted, length, base_free, tool_free)
     few = problem.some(_FEW)
-    best = min((few.polished(*start) for start in few.starts()), key=lambda each: few.cost(*each))
-    return problem.polished(*best)
+    found = (few.polished(*start, steps) for start in few.starts())
+    best = min(found, key=lambda each: few.cost(*each))
+    if len(few.wanted.translation) == len(wanted.translation):
+        return best
+    return problem.polished(*best, steps)
 
 
 class _Problem(NamedTuple):
@@ -117,10 +122,10 @@ class _Problem(NamedTuple):
             )
         return Transform(base, np.zeros(3)), Transform(tool, np.zeros(3))
 
-    def polished(self, base: Transform, tool: Transform) -> tuple[Transform, Transform]:
+    def polished(self, base: Transform, tool: Transform, steps: int) -> tuple[Transform, Transform]:
         """Gauss-Newton, with halved steps where a whole one leads upwards."""
         cost = self.cost(base, tool)
-        for _ in range(_STEPS):
+        for _ in range(steps):
             step, decrease = self._step(base, tool)
             if decrease <= _CONVERGED * cost or np.abs(step).max() < _CONVERGED:
                 break

@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 import symkin
-from symkin.analysis.alignment import Convention, poses_of_columns, poses_of_mechanism
+from symkin.analysis.alignment import poses_of_columns, poses_of_mechanism
 from symkin.analysis.probing import with_printed_length
 from symkin.cli.console import Telling, not_converged, print_result, progress, write_result
 from symkin.cli.options import (
@@ -311,8 +311,13 @@ def align(
         ),
     ] = None,
     convention: Annotated[
-        Convention | None,
-        typer.Option(help="How the device's poses are meant; by default what fits best, and said."),
+        str | None,
+        option(
+            "WAY",
+            "How the device's poses are meant: as measured, inverse, conjugate, scalar first, "
+            "mirrored, or three angles as ZYX or 'xyz in degrees, inverse'; by default what fits "
+            "best, and said.",
+        ),
     ] = None,
     length: Annotated[float, of("length")] = 1.0,
     out: Annotated[Path | None, folder_of("frames.toml, results.json and report.html")] = None,
@@ -351,7 +356,7 @@ def align(
             space = model.pose_space
         else:
             read = read_table(table)
-            measured = poses_of_columns(read, (device or "").split(","))
+            measured = poses_of_columns(read, (device or "").split(","), triples=True)
             own = poses_of_columns(read, (robot or "").split(","), angles)
             space, points = "", None
         stage("aligning the frames")
