@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from symkin.data.observables import OBSERVABLES, REPORTED, Sizes
+from symkin.data.observables import COMMANDED, OBSERVABLES, REPORTED, Sizes
 from symkin.errors import MeasurementError, QuantityError, did_you_mean
 from symkin.model.poses import POSE_SPACES, quaternions_from_rotation_vectors
 from symkin.model.settings import MeasurementColumns
@@ -140,7 +140,9 @@ def _is_meant(table: Table, name: str, si_unit: str) -> bool:
         return True
     if "_" in name:  # of a reported pose, of which nobody expects a column
         return False
-    known = re.compile(r"(reported_.*|x|y|z|phi|r[xyz]|psi_\d+|p\d+_[xyz]|distance_\d+)(_sd)?_.*")
+    known = re.compile(
+        r"(reported_.*|commanded_.*|x|y|z|phi|r[xyz]|psi_\d+|p\d+_[xyz]|distance_\d+)(_sd)?_.*"
+    )
     others = [each.lower() for each in table.names if not known.fullmatch(each)]
     return bool(get_close_matches(f"{name}_{si_unit}", others, n=1, cutoff=_MISSPELT))
 
@@ -442,6 +444,9 @@ def read_observed(
     found: dict[str, _Array] = {}
     if has_pose(pose):
         found["reported"] = read_pose_values(table, pose, pose_space).poses()
+    ordered = own_pose_columns(table, pose_space, COMMANDED, partial=True)
+    if has_pose(ordered):
+        found["commanded"] = read_pose_values(table, ordered, pose_space).poses()
     for each in OBSERVABLES.values():
         what = each.kind.removesuffix("s")
         for name, purpose, negative_allowed in (
@@ -511,8 +516,9 @@ def _sizes(table: Table, pose_space: str) -> Sizes:
 def _check_name(name: str, pose_space: str, stems_of: Mapping[str, list[tuple[str, str]]]) -> None:
     """Refuse what a mapping calls a column if symkin has no such name."""
     known = [f"{stem}_{unit}" for stems in stems_of.values() for stem, unit in stems]
-    known += [f"{REPORTED}{each}" for each in pose_column_names(pose_space)]
-    known += [f"{REPORTED}{each}_rad" for each in POSE_SPACES[pose_space].rotation]
+    for prefix in (REPORTED, COMMANDED):
+        known += [f"{prefix}{each}" for each in pose_column_names(pose_space)]
+        known += [f"{prefix}{each}_rad" for each in POSE_SPACES[pose_space].rotation]
     stems = {each.rpartition("_")[0] for each in known}
     stem, _, unit = name.rpartition("_")
     if name not in known and not (stem in stems and unit in unit_names()):

@@ -50,6 +50,7 @@ class MeasuredRows(Result):
     distance_deviations: NDArray[np.float64] | None = None
     heights: NDArray[np.float64] | None = None
     height_deviations: NDArray[np.float64] | None = None
+    commanded: NDArray[np.float64] | None = None
     sensor_table: SensorTable | None = field(private=True, default=None)
     unread: tuple[str, ...] = field(compare=False, default=())
 
@@ -67,6 +68,9 @@ class MeasuredRows(Result):
         given = [each for each in _FURTHER if getattr(self, each.name) is not None]
         make_arrays(self, **{each.name: (each.dimensions, "float") for each in given})
         further = [each.name for each in given]
+        if self.commanded is not None:
+            make_arrays(self, commanded=(2, "float"))
+            further.append("commanded")
         rows = len(self.poses)
         for name in ("readings", "leg_sets", "row_numbers", *further):
             count = len(getattr(self, name))
@@ -76,7 +80,8 @@ class MeasuredRows(Result):
             self._check_values(name)
         for each in OBSERVABLES.values():
             self._check_deviations(each.name, each.deviations)
-        for what, poses in (("", self.poses), ("reported ", self.reported)):
+        posed = {"": self.poses, "reported ": self.reported, "commanded ": self.commanded}
+        for what, poses in posed.items():
             wrong = None if poses is None else wrong_quaternion(poses)
             if wrong is not None:
                 raise MeasurementError(
@@ -113,8 +118,8 @@ class MeasuredRows(Result):
     def _check_values(self, name: str) -> None:
         """Refuse another shape than the poses want, infinite values, and half quaternions."""
         values, space = getattr(self, name), self.space
-        if name == "reported" and values.shape != self.poses.shape:
-            raise MeasurementError(f"reported are {values.shape}; expected {self.poses.shape}")
+        if name in ("reported", "commanded") and values.shape != self.poses.shape:
+            raise MeasurementError(f"{name} are {values.shape}; expected {self.poses.shape}")
         if name == "points" and values.shape[2] != space.size:
             raise MeasurementError(f"points are {values.shape}; expected (N, n, {space.size})")
         if name == "heights" and not space.in_space:
@@ -127,7 +132,7 @@ class MeasuredRows(Result):
                 f"row {self.row_numbers[infinite.argmax()]} has an infinite value in {name}; "
                 "expected numbers, or NaN for what was not measured"
             )
-        if name in ("poses", "reported") and len(space.orientation) > 1:
+        if name in ("poses", "reported", "commanded") and len(space.orientation) > 1:
             missing = np.isnan(values[:, space.size :])
             half = missing.any(axis=1) & ~missing.all(axis=1)
             if half.any():
@@ -357,7 +362,7 @@ class MeasuredRows(Result):
 
     def to_dict(self) -> dict[str, Any]:
         """Return it as plain values, without what was not observed at all."""
-        optional = {each.name for each in _FURTHER}
+        optional = {"commanded", *(each.name for each in _FURTHER)}
         optional |= {each.deviations for each in OBSERVABLES.values()}
         document = super().to_dict()
         return {k: v for k, v in document.items() if not (v is None and k in optional)}

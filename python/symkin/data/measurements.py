@@ -67,6 +67,8 @@ class Measurements(MeasuredRows):
         Of the target above a plane: zero where a probe touches it. Spatial robots only.
     height_deviations : ndarray, shape (N,), or None
         Of `heights`.
+    commanded : ndarray, shape (N, coordinates), or None
+        Where the robot was sent, in the base's frame: no observation, but where a fit may start.
     sensor_table : SensorTable or None
         The mechanism's, which has made the readings straight; files have what the sensors show.
     unread : tuple of str
@@ -75,9 +77,10 @@ class Measurements(MeasuredRows):
 
     def columns(self, mechanism: Mechanism | None = None) -> Mapping[str, Any]:
         """Return the columns of its file, of readings without a unit too; else as `save`."""
-        if mechanism is None and self.reported is not None:
+        if mechanism is None and (self.reported is not None or self.commanded is not None):
+            kind = "commanded" if self.reported is None else "reported"
             raise MeasurementError(
-                "reported poses are written in the frames of the mechanism's file, which may be "
+                f"{kind} poses are written in the frames of the mechanism's file, which may be "
                 "others than its own; give the mechanism: save(path, mechanism)"
             )
         return measurement_columns(self, mechanism or self.reading_unit)
@@ -97,15 +100,15 @@ class Measurements(MeasuredRows):
             The file.
         mechanism : Mechanism, optional
             Whose measurements these are: they read back with it to the same numbers. Without it,
-            too, unless there are reported poses, whose frames it alone knows.
+            too, unless there are reported or commanded poses, whose frames it alone knows.
         overwrite : bool
             Whether a file that exists may be replaced.
 
         Raises
         ------
         MeasurementError
-            Without a mechanism, if nobody said the unit of the readings or there are reported
-            poses; with one that has other legs or another unit.
+            Without a mechanism, if nobody said the unit of the readings or there are reported or
+            commanded poses; with one that has other legs or another unit.
         """
         if mechanism is None and not self.reading_unit:
             raise MeasurementError(

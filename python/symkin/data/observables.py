@@ -18,9 +18,10 @@ from numpy.typing import ArrayLike
 from symkin.model.poses import PoseSpace
 from symkin.model.settings import NoiseSettings
 
-__all__ = ["OBSERVABLES", "REPORTED", "Observable", "words_with"]
+__all__ = ["COMMANDED", "OBSERVABLES", "REPORTED", "Observable", "words_with"]
 
 REPORTED = "reported_"
+COMMANDED = "commanded_"  # where a fit may start, and no observation
 Stem = tuple[str, str]  # a column's name without its unit, and the SI unit
 
 

@@ -203,6 +203,8 @@ def _measurements_of(
     space, legs = mechanism.pose_space, len(mechanism.legs)
     values = read_pose_values(table, columns, space)
     others = read_observed(table, columns, space, legs, mechanism.reading_unit)
+    if others.get("commanded") is not None:
+        others["commanded"] = from_drawing(mechanism, others["commanded"])
     if others.get("reported") is not None:
         given = others["reported"]
         others["reported"] = from_drawing(mechanism, given)

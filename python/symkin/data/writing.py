@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from symkin.data.columns import observed_stems, pose_column_names, reading_column_names
 from symkin.data.measured_rows import ALL_LEGS, MeasuredRows
-from symkin.data.observables import REPORTED, Sizes
+from symkin.data.observables import COMMANDED, REPORTED, Sizes
 from symkin.errors import MeasurementError
 from symkin.model.file_frames import as_drawn
 from symkin.model.mechanism import Mechanism
@@ -43,6 +43,9 @@ def measurement_columns(
             if lost is not None:
                 raise MeasurementError(f"row {measurements.row_numbers[lost]} {LOST_ORIENTATION}")
             measurements = replace(measurements, reported=drawn)
+        if measurements.commanded is not None:
+            ordered = as_drawn(of, measurements.commanded)
+            measurements = replace(measurements, commanded=ordered)
     measurements = as_shown(measurements)
     columns: dict[str, NDArray[np.generic]] = {}
     if (measurements.leg_sets != ALL_LEGS).any():
@@ -115,6 +118,9 @@ def observed_columns(
     if reported is not None:
         names = [f"{REPORTED}{name}" for name in pose_column_names(measurements.pose_space)]
         columns |= dict(zip(names, reported.T, strict=True))
+    if measurements.commanded is not None:
+        names = [f"{COMMANDED}{name}" for name in pose_column_names(measurements.pose_space)]
+        columns |= dict(zip(names, measurements.commanded.T, strict=True))
     points, distances = measurements.points, measurements.distances
     stems = observed_stems(
         Sizes(

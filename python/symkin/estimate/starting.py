@@ -13,12 +13,24 @@ from symkin.analysis.reflectors import PlacedPoints, in_three, motions_of, place
 from symkin.data.measurements import Measurements
 from symkin.errors import NotIdentifiableError
 from symkin.model.mechanism import Mechanism
-from symkin.model.poses import Transform, nearest_rotation, poses_of, transforms
+from symkin.model.poses import (
+    Transform,
+    between,
+    cross_matrices,
+    nearest_rotation,
+    poses_of,
+    rotations_from_vectors,
+    transforms,
+)
 from symkin.model.settings import Frames, NoiseSettings
 
 __all__ = ["setup_by_points", "starting_poses"]
 
 Array = NDArray[np.float64]
+
+_PARTS = 8  # of the way from a start
+_OPEN = 1e-6  # of the largest singular value: a direction that a row leaves open
+_NEAR = 0.05  # of the characteristic length: what a drawing may be off by
 
 
 def starting_poses(
@@ -26,20 +38,118 @@ def starting_poses(
 ) -> Array:
     """Where latent poses start, shape (N, coordinates); NaN where nothing says.
 
-    What was reported or measured in full, else forward kinematics, else what points say.
+    What was reported or measured in full, else forward kinematics, else what points say, else where
+    the robot was sent, else, if no row has a start, continuation from home by what was observed.
     """
     poses = _core.starting_poses(
         mechanism.straight, setup, measurements.observations(noise), mechanism.home
     )
-    open_ = ~whole(poses)
-    if measurements.points is None or not open_.any():
+    for more in (_by_points, _by_command, _by_steps):
+        open_ = np.flatnonzero(~whole(poses))
+        if more is _by_steps and len(open_) < len(poses):
+            break  # neighbours do better, once the others are known
+        if len(open_):
+            poses[open_] = more(mechanism, setup, measurements.subset(open_))
+    return poses
+
+
+def _by_points(mechanism: Mechanism, setup: _core.Setup, measurements: Measurements) -> Array:
+    """Poses of the platform by points that were seen together."""
+    poses = np.full_like(measurements.poses, np.nan)
+    if measurements.points is None:
         return poses
-    seen = motions_of(in_three(measurements.points[open_]), setup.points, mechanism.space)
+    seen = motions_of(in_three(measurements.points), setup.points, mechanism.space)
     known = whole(seen.translation)
     base = Transform(setup.base.rotation, setup.base.position).inverse
     inside = base @ Transform(seen.rotation[known], seen.translation[known])
-    poses[np.flatnonzero(open_)[known]] = poses_of(mechanism.pose_space, inside)
+    poses[known] = poses_of(mechanism.pose_space, inside)
     return poses
+
+
+def _by_command(mechanism: Mechanism, setup: _core.Setup, measurements: Measurements) -> Array:
+    """Where the robot was sent, brought by steps to what was observed there."""
+    commanded = measurements.commanded
+    if commanded is None:
+        return np.full_like(measurements.poses, np.nan)
+    return _followed(mechanism, setup, measurements, commanded)
+
+
+def _by_steps(mechanism: Mechanism, setup: _core.Setup, measurements: Measurements) -> Array:
+    """From home, by steps to what was observed: of what it leaves open the nearest."""
+    home = np.repeat(np.atleast_2d(mechanism.home), len(measurements), axis=0)
+    return _followed(mechanism, setup, measurements, home)
+
+
+def _followed(
+    mechanism: Mechanism, setup: _core.Setup, measurements: Measurements, starts: Array
+) -> Array:
+    """Poses that readings and measured coordinates ask for, by continuation from others.
+
+    Of the closures of the legs that were read and of what was measured of poses, the shortest steps
+    of least squares, while both go from what they are at the start to what was observed. NaN for a
+    row that does not come near.
+    """
+    space = mechanism.space
+    known = whole(starts)
+    poses = np.where(known[:, None], starts, np.atleast_2d(mechanism.home))
+    first, _ = _misfits(mechanism, setup, measurements, poses)
+    scale = np.repeat([1.0, mechanism.characteristic_length], [space.size, len(space.rotation)])
+    for step in (*range(1, _PARTS + 1), *(_PARTS,) * _PARTS):
+        left, by_pose = _misfits(mechanism, setup, measurements, poses)
+        wanted = left - (1 - step / _PARTS) * first
+        usable = np.isfinite(wanted).all(axis=1) & np.isfinite(by_pose).all(axis=(1, 2))
+        known = known & usable
+        inverse = np.linalg.pinv(np.where(known[:, None, None], by_pose / scale, 0.0), _OPEN)
+        tangents = np.zeros((len(poses), 6))
+        moves = -np.einsum("nij,nj->ni", inverse, np.where(known[:, None], wanted, 0.0)) / scale
+        tangents[:, space.components] = moves
+        old = transforms(space.name, poses)
+        turned = rotations_from_vectors(tangents[:, 3:]) @ old.rotation
+        poses = poses_of(space.name, Transform(turned, old.translation + tangents[:, :3]))
+    left, _ = _misfits(mechanism, setup, measurements, poses)
+    reached = np.abs(left).max(axis=1) < _NEAR * mechanism.characteristic_length
+    return np.where((known & reached)[:, None], poses, np.nan)
+
+
+def _misfits(
+    mechanism: Mechanism, setup: _core.Setup, measurements: Measurements, poses: Array
+) -> tuple[Array, Array]:
+    """What closures and measured coordinates are off by, (N, r), and by the pose's tangent.
+
+    Orientations count at the characteristic length; what was not observed is zero.
+    """
+    space, length = mechanism.space, mechanism.characteristic_length
+    misfits, rows = [], []
+    readings = mechanism.straightened(measurements.readings)
+    for leg in range(len(mechanism.legs)):
+        read = np.isfinite(readings[:, leg])
+        psi = np.ascontiguousarray(np.where(read, readings[:, leg], 0.0))
+        made = _core.linearise(mechanism.straight, leg, np.ascontiguousarray(poses), psi)
+        closures = np.asarray(made.closure).reshape(len(poses), -1)
+        by_pose = np.asarray(made.by_pose).reshape(len(poses), closures.shape[1], -1)
+        misfits.append(np.where(read[:, None], closures, 0.0))
+        rows.append(np.where(read[:, None, None], by_pose, 0.0))
+    base, target = (Transform(each.rotation, each.position) for each in (setup.base, setup.target))
+    platform = transforms(space.name, poses)
+    seen = base @ platform @ target
+    measured = transforms(
+        space.name, np.where(np.isnan(measurements.poses), 0.5, measurements.poses)
+    )
+    off = between(measured, seen)
+    arms = np.einsum("nij,j->ni", platform.rotation, target.translation)
+    by_tangent = np.zeros((len(poses), 6, 6))
+    by_tangent[:, :3, :3] = by_tangent[:, 3:, 3:] = base.rotation
+    by_tangent[:, :3, 3:] = -base.rotation @ cross_matrices(arms)
+    known = np.zeros((len(poses), 6), dtype=bool)
+    size = space.size
+    known[:, :size] = np.isfinite(measurements.poses[:, :size])
+    if space.turns:
+        turned = whole(measurements.poses[:, size:])
+        known[:, space.components[size:]] = turned[:, None]
+    weights = known * np.repeat([1.0, length], 3)
+    misfits.append(np.where(known, off, 0.0) * weights)
+    rows.append(by_tangent[:, :, space.components] * weights[:, :, None])
+    return np.concatenate(misfits, axis=1), np.concatenate(rows, axis=1)
 
 
 def setup_by_points(

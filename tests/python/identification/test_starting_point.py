@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Where a fit starts: poses from readings, frames from what a device saw."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -8,6 +10,9 @@ from hypothesis import strategies as st
 
 import symkin
 from symkin import _core
+from symkin.analysis.observed import Observed
+from symkin.errors import MeasurementError
+from symkin.planning.simulation import disturb
 
 
 def nothing():
@@ -143,3 +148,40 @@ def test_frames_are_found_for_any_rotation(
     np.testing.assert_allclose(found.target.position, target.position, atol=1e-7)
     if turned:
         np.testing.assert_allclose(found.target.rotation, target.rotation, atol=1e-7)
+
+
+def few_readings(commanded):
+    """A hexapod of which four struts were read, and the orientation; 3 cm off where it was sent."""
+    robot, poses, _ = ROBOTS["hexapod_jugglebot"]
+    noise = dataclasses.replace(robot.noise, position=1e-4, orientation=5e-5, reading=4e-4)
+    made = dataclasses.replace(robot.tolerances, length=3e-4, angle=1e-3, gain=1e-4)
+    robot = robot.replace(noise=noise, tolerances=made)
+    readings = disturb(robot, 2).inverse_kinematics(poses)
+    readings[:, 4:] = np.nan
+    exact = symkin.Measurements.of(poses, readings, reading_unit="rad", pose_space="spatial")
+    seen = Observed("orientation").measure(exact, noise, 1)
+    sent = poses.copy()
+    sent[:, :3] += np.random.default_rng(0).normal(0, 0.03, (len(poses), 3))
+    return robot, dataclasses.replace(seen, commanded=sent if commanded else None)
+
+
+@pytest.mark.parametrize("commanded", [True, False])
+def test_rows_with_fewer_readings_than_freedoms_and_no_position_are_explained(commanded):
+    robot, measured = few_readings(commanded)
+    found = symkin.identify(robot, measured, prior="tolerances")
+    assert found.converged
+    assert not found.unexplained
+    poses = ROBOTS["hexapod_jugglebot"][1]
+    np.testing.assert_allclose(found.latent_poses[:, :3], poses[:, :3], atol=2e-3)
+
+
+def test_where_the_robot_was_sent_is_read_and_written_and_is_no_observation(tmp_path):
+    robot, measured = few_readings(commanded=True)
+    measured.save(tmp_path / "measured.csv", robot)
+    again = symkin.read_measurements(tmp_path / "measured.csv", robot)
+    assert "commanded_qw" in (tmp_path / "measured.csv").read_text().partition("\n")[0]
+    np.testing.assert_allclose(again.commanded, measured.commanded, atol=1e-12)
+    found = symkin.identify(robot, again, prior="tolerances")
+    assert set(np.unique(found.rows.kind)) == {0, 1}  # readings, and the pose's orientation
+    with pytest.raises(MeasurementError, match="commanded poses are written in the frames"):
+        again.save(tmp_path / "other.csv")
