@@ -66,15 +66,15 @@ void bind_leg_rows(py::module_& module) {
   py::class_<LegRows>(module, "LegRows")
       .def(py::init([](const symkin::Mechanism& mechanism, symkin::Index leg,
                        const symkin::ConstRows& poses, symkin::RowKind kind,
-                       const symkin::MeasurementNoise& noise, const symkin::SymmetryGroup& group,
-                       std::vector<symkin::SymmetryElement> elements) {
+                       const symkin::MeasurementNoise& noise,
+                       std::vector<symkin::SymmetryPair> elements) {
              const symkin::RowsView view(poses.data(), poses.rows(), poses.cols(),
                                          Eigen::OuterStride<>(poses.outerStride()));
              return std::make_unique<LegRows>(mechanism, leg, view, kind, noise,
-                                              symkin::Orbit{group, std::move(elements)});
+                                              symkin::Orbit{std::move(elements)});
            }),
            py::arg("mechanism"), py::arg("leg"), py::arg("poses").noconvert(), py::arg("kind"),
-           py::arg("noise"), py::arg("group"), py::arg("elements"), py::keep_alive<1, 4>())
+           py::arg("noise"), py::arg("elements"), py::keep_alive<1, 4>())
       .def_property_readonly("size", &LegRows::size)
       .def_property_readonly("rows_per_pose", &LegRows::rows_per_pose)
       .def_property_readonly("parameters", &LegRows::parameters);

@@ -5,6 +5,7 @@
 #include "symkin/symmetry/detection.hpp"
 #include "symkin/symmetry/generation.hpp"
 #include "symkin/symmetry/group.hpp"
+#include "symkin/symmetry/pairs.hpp"
 #include "symkin/symmetry/verification.hpp"
 #include "symkin/symmetry/workspace_symmetry.hpp"
 
@@ -146,6 +147,59 @@ void bind_verification(py::module_& module) {
              py::arg("group"), py::arg_v("tolerance", SymmetryTolerance{}, "SymmetryTolerance()"));
 }
 
+void bind_pairs(py::module_& module) {
+  using symkin::FoundPair;
+  using symkin::Isometry;
+  using symkin::JointMap;
+  using symkin::PairSymmetry;
+  using symkin::SymmetryPair;
+  using symkin::SymmetryTolerance;
+  py::class_<Isometry>(module, "Isometry")
+      .def(py::init<Eigen::Matrix3d, Eigen::Vector3d>(), py::arg("linear"), py::arg("shift"))
+      .def_readonly("linear", &Isometry::linear)
+      .def_readonly("shift", &Isometry::shift);
+  py::class_<SymmetryPair>(module, "SymmetryPair")
+      .def(py::init<Isometry, Isometry, bool>(), py::arg("base"), py::arg("platform"),
+           py::arg("exchange"))
+      .def_readonly("base", &SymmetryPair::base)
+      .def_readonly("platform", &SymmetryPair::platform)
+      .def_readonly("exchange", &SymmetryPair::exchange)
+      .def_property_readonly("improper", &SymmetryPair::improper)
+      .def(
+          "compose",
+          [](const SymmetryPair& self, const SymmetryPair& inner) {
+            return symkin::compose(self, inner);
+          },
+          py::arg("inner"))
+      .def("inverse", [](const SymmetryPair& self) { return symkin::inverse(self); })
+      .def(
+          "transform_poses",
+          [](const SymmetryPair& self, const symkin::Mechanism& mechanism,
+             symkin::ConstRows poses) {
+            return symkin::transform_poses(self, mechanism.pose_space(), poses);
+          },
+          py::arg("mechanism"), py::arg("poses"));
+  py::class_<JointMap>(module, "JointMap")
+      .def_readonly("sign", &JointMap::sign)
+      .def_readonly("mode_factor", &JointMap::mode_factor)
+      .def_readonly("constant", &JointMap::constant);
+  py::class_<FoundPair>(module, "FoundPair")
+      .def_readonly("pair", &FoundPair::pair)
+      .def_readonly("permutation", &FoundPair::permutation)
+      .def_readonly("joints", &FoundPair::joints)
+      .def_readonly("in_tolerances", &FoundPair::in_tolerances)
+      .def_readonly("keeps_modes", &FoundPair::keeps_modes)
+      .def_readonly("permutes_readings", &FoundPair::permutes_readings);
+  py::class_<PairSymmetry>(module, "PairSymmetry")
+      .def_readonly("pairs", &PairSymmetry::pairs)
+      .def_readonly("continuous_base", &PairSymmetry::continuous_base)
+      .def_readonly("continuous_platform", &PairSymmetry::continuous_platform);
+  module.def("apart", &symkin::apart, py::arg("a"), py::arg("b"), py::arg("size") = 1.0);
+  module.def("pair_of", &symkin::pair_of, py::arg("group"), py::arg("element"));
+  module.def("find_pairs", &symkin::find_pairs, py::arg("mechanism"), py::arg("home"),
+             py::arg_v("tolerance", SymmetryTolerance{}, "SymmetryTolerance()"));
+}
+
 }  // namespace
 
 void bind_symmetry(py::module_& module) {
@@ -173,4 +227,5 @@ void bind_symmetry(py::module_& module) {
              py::arg("elements"));
   bind_verification(module);
   bind_detection(module);
+  bind_pairs(module);
 }

@@ -7,11 +7,14 @@
 #include "symkin/symmetry/action.hpp"
 
 namespace symkin {
-namespace {
 
-bool is_identity(SymmetryElement element) { return element == SymmetryElement{}; }
-
-}  // namespace
+Orbit Orbit::of(const SymmetryGroup& group, const std::vector<SymmetryElement>& elements) {
+  Orbit orbit;
+  for (const SymmetryElement element : elements) {
+    orbit.elements.push_back(pair_of(group, element));
+  }
+  return orbit;
+}
 
 LegRows::LegRows(Mechanism mechanism, Index leg, const RowMatrix& poses, RowKind kind,
                  const MeasurementNoise& noise, Orbit orbit)
@@ -37,9 +40,6 @@ LegRows::LegRows(Mechanism mechanism, Index leg, const RowsView& poses, RowKind 
   if (orbit_.elements.empty()) {
     throw InvalidInput("an orbit needs at least one symmetry element");
   }
-  for (const SymmetryElement element : orbit_.elements) {
-    static_cast<void>(orbit_.group.angle(element));  // throws if it is none of the group
-  }
 }
 
 void LegRows::fill(Index first, Index count, double* rows) const {
@@ -47,10 +47,10 @@ void LegRows::fill(Index first, Index count, double* rows) const {
   const Index size = closures() * parameters();
   const auto own = poses_.middleRows(first, count);
   for (Index k = 0; k < elements; ++k) {
-    const SymmetryElement element = orbit_.elements[static_cast<std::size_t>(k)];
-    const RowMatrix carried =
-        is_identity(element) ? RowMatrix(own)
-                             : transform_poses(orbit_.group, element, mechanism_.pose_space(), own);
+    const SymmetryPair& element = orbit_.elements[static_cast<std::size_t>(k)];
+    const RowMatrix carried = element.is_identity()
+                                  ? RowMatrix(own)
+                                  : transform_poses(element, mechanism_.pose_space(), own);
     // The k-th row of each candidate, or rows one behind the other.
     Eigen::Map<RowMatrix, 0, Eigen::OuterStride<>> of_element(
         rows + k * size, count, size, Eigen::OuterStride<>(elements * size));

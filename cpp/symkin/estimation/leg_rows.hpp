@@ -6,16 +6,19 @@
 #include "symkin/design/row_source.hpp"
 #include "symkin/estimation/observability.hpp"
 #include "symkin/symmetry/group.hpp"
+#include "symkin/symmetry/pair.hpp"
 
 namespace symkin {
 
-// Elements of a group that carry every candidate pose to its orbit. Measured at whole orbits, legs
-// that the group carries onto each other are all seen equally well.
+// Symmetries that carry every candidate pose to its orbit. Measured at whole orbits, legs that they
+// carry onto each other are all seen equally well.
 struct Orbit {
-  SymmetryGroup group;
-  std::vector<SymmetryElement> elements;  // those given, in this order: no others, r0 neither
+  std::vector<SymmetryPair>
+      elements;  // those given, in this order: no others, the identity neither
 
-  static Orbit pose_alone() { return {SymmetryGroup(1, false), {SymmetryElement{}}}; }
+  static Orbit pose_alone() { return {{SymmetryPair{}}}; }
+  // Throws InvalidInput for an element of another group.
+  static Orbit of(const SymmetryGroup& group, const std::vector<SymmetryElement>& elements);
 };
 
 // Rows that somebody else holds. Unlike ConstRows it never holds a copy of its own.

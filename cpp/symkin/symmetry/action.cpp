@@ -1,11 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "symkin/symmetry/action.hpp"
 
-#include <Eigen/Geometry>
 #include <cmath>
 #include <string>
 
-#include "symkin/model/pose.hpp"
 #include "symkin/support/error.hpp"
 #include "symkin/symmetry/detail/leg_ends.hpp"
 
@@ -56,42 +54,6 @@ Eigen::Matrix3d spatial(const Eigen::Matrix2d& planar) {
   return matrix;
 }
 
-Eigen::Matrix3d turned(const Isometries& image, const double* quaternion) {
-  return spatial(image.base) * rotation_matrix(quaternion) * spatial(image.platform).transpose();
-}
-
-// r' + R' (P b + p) = B (r + R b) + s for every platform point b, with the base isometry (B, s)
-// and the platform isometry (P, p): hence R' = B R P^T and r' = B r + s - R' p.
-void transform_spatial(const Isometries& image, double* pose) {
-  const Eigen::Matrix3d rotation = turned(image, pose + 3);
-  Eigen::Map<Eigen::Vector3d> position(pose);
-  position = spatial(image.base) * position;
-  position.head<2>() += image.base_shift;
-  position -= rotation.leftCols<2>() * image.platform_shift;
-  Eigen::Map<Eigen::Vector4d>(pose + 3) = Eigen::Quaterniond(rotation).coeffs();
-}
-
-// The centre stays where it is.
-void transform_spherical(const Isometries& image, double* quaternion) {
-  Eigen::Map<Eigen::Vector4d>(quaternion).noalias() =
-      Eigen::Quaterniond(turned(image, quaternion)).coeffs();
-}
-
-// In the plane, or at whatever height the platform is.
-void transform_planar(const Isometries& image, bool turns, double* pose) {
-  double phi = turns ? pose[2] : 0;
-  const double axes = image.base_angle - image.platform_angle;
-  phi = image.reflection ? 2 * axes - phi : phi + axes;
-  Eigen::Map<Eigen::Vector2d> position(pose);
-  position = image.base * position + image.base_shift;
-  if (!image.platform_shift.isZero(0)) {  // the usual one, which needs no cosine
-    position -= linear_part(phi, false) * image.platform_shift;
-  }
-  if (turns) {
-    pose[2] = phi;
-  }
-}
-
 // The polar coordinates of a point moved by `shift` in the plane.
 void shift_point(const LegEnd<double>& end, const Eigen::Vector2d& shift) {
   const double sine = end.polar_angle != nullptr ? std::sin(*end.polar_angle) : 1;
@@ -135,25 +97,19 @@ double transform_offset(const Isometries& image, ActiveJoint joint, double offse
 
 }  // namespace
 
+SymmetryPair pair_of(const SymmetryGroup& group, SymmetryElement element) {
+  const Isometries image = isometries(group, element);
+  SymmetryPair pair;
+  pair.base.linear = spatial(image.base);
+  pair.base.shift.head<2>() = image.base_shift;
+  pair.platform.linear = spatial(image.platform);
+  pair.platform.shift.head<2>() = image.platform_shift;
+  return pair;
+}
+
 RowMatrix transform_poses(const SymmetryGroup& group, SymmetryElement element, PoseSpace space,
                           ConstRows poses) {
-  if (poses.cols() != coordinate_count(space)) {
-    throw InvalidInput("poses have " + std::to_string(poses.cols()) + " columns; a " +
-                       std::string(to_string(space)) + " pose has " +
-                       std::to_string(coordinate_count(space)));
-  }
-  const Isometries image = isometries(group, element);
-  RowMatrix result = poses;
-  for (Index i = 0; i < result.rows(); ++i) {
-    if (space == PoseSpace::spatial) {
-      transform_spatial(image, result.row(i).data());
-    } else if (space == PoseSpace::spherical) {
-      transform_spherical(image, result.row(i).data());
-    } else {
-      transform_planar(image, has_orientation(space), result.row(i).data());
-    }
-  }
-  return result;
+  return transform_poses(pair_of(group, element), space, poses);
 }
 
 Leg transform_leg(const SymmetryGroup& group, SymmetryElement element, const ChainInfo& chain,

@@ -7,5 +7,7 @@
 #include "symkin/symmetry/detection.hpp"
 #include "symkin/symmetry/generation.hpp"
 #include "symkin/symmetry/group.hpp"
+#include "symkin/symmetry/pair.hpp"
+#include "symkin/symmetry/pairs.hpp"
 #include "symkin/symmetry/verification.hpp"
 #include "symkin/symmetry/workspace_symmetry.hpp"

@@ -8,6 +8,7 @@
 
 #include "symkin/support/error.hpp"
 #include "symkin/symmetry/action.hpp"
+#include "symkin/symmetry/detail/joint_map.hpp"
 #include "symkin/symmetry/detail/leg_comparison.hpp"
 
 namespace symkin {
@@ -63,11 +64,19 @@ ElementImage image_of_legs(const Mechanism& mechanism, const SymmetryGroup& grou
   result.keeps_structure = true;
   result.keeps_modes = true;
   const ComparisonUnits units = comparison_units(mechanism, tolerance);
+  const SymmetryPair pair = pair_of(group, element);
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
     const Leg image =
         transform_leg(group, element, mechanism.model(leg).info(), mechanism.leg(leg));
     LegDeviation deviation = nearest_leg(mechanism, leg, image, units);
     deviation.leg = leg;
+    // A guide through the centre has no side: how it arrives, its direction says.
+    const Leg& onto = mechanism.leg(deviation.nearest);
+    const ChainInfo& chain = mechanism.model(leg).info();
+    const auto joint = joint_map(chain, mechanism.leg(leg), onto, pair, tolerance);
+    if (joint.has_value()) {
+      deviation.same_mode = arrives_in_mode(chain, mechanism.leg(leg), onto, *joint);
+    }
     const auto target = static_cast<std::size_t>(deviation.nearest);
     result.keeps_structure &= deviation.in_tolerances <= kImageTolerances && !hit[target];
     result.keeps_modes &= deviation.same_mode;

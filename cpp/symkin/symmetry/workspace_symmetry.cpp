@@ -7,33 +7,56 @@
 #include "symkin/kinematics/inverse_kinematics.hpp"
 #include "symkin/support/error.hpp"
 #include "symkin/symmetry/action.hpp"
+#include "symkin/symmetry/detail/joint_map.hpp"
 
 namespace symkin {
 namespace {
 
+// An element with what it does to the joints.
+struct Element {
+  SymmetryPair pair;
+  const ElementImage* image;
+  std::vector<JointMap> joints;
+
+  Index onto(Index leg) const { return image->permutation[static_cast<std::size_t>(leg)]; }
+  const JointMap& joint(Index leg) const { return joints[static_cast<std::size_t>(leg)]; }
+};
+
+Element element_of(const Mechanism& mechanism, const SymmetryGroup& group,
+                   const ElementImage& image, const SymmetryTolerance& tolerance) {
+  Element element{pair_of(group, image.element), &image, {}};
+  for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
+    const auto joint = joint_map(mechanism.model(leg).info(), mechanism.leg(leg),
+                                 mechanism.leg(element.onto(leg)), element.pair, tolerance);
+    if (!joint.has_value()) {
+      throw SymmetryMismatch("the arcs of leg " + std::to_string(leg + 1) +
+                             " are not those of its image");
+    }
+    element.joints.push_back(*joint);
+  }
+  return element;
+}
+
 // The mechanism with the working modes that the element gives it: each leg's goes to the leg that
 // its image is.
-Mechanism with_image_modes(const Mechanism& mechanism, const ElementImage& image) {
+Mechanism with_image_modes(const Mechanism& mechanism, const Element& element) {
   std::vector<Leg> legs = mechanism.legs();
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
-    const Index onto = image.permutation[static_cast<std::size_t>(leg)];
-    const bool flips = image.element.reflection && mechanism.model(leg).info().mode_is_orientation;
-    legs[static_cast<std::size_t>(onto)].working_mode =
-        mechanism.leg(leg).working_mode * (flips ? -1 : 1);
+    legs[static_cast<std::size_t>(element.onto(leg))].working_mode =
+        mechanism.leg(leg).working_mode * element.joint(leg).mode_factor;
   }
   return mechanism.with_legs(std::move(legs));
 }
 
 // The options of the image: home moves along, and so do the limits of readings that change sign
 // if it is another mechanism, the one with the opposite modes.
-WorkspaceOptions image_of_options(const Mechanism& mechanism, const SymmetryGroup& group,
-                                  const ElementImage& image, const WorkspaceOptions& options) {
+WorkspaceOptions image_of_options(const Mechanism& mechanism, const Element& element,
+                                  const WorkspaceOptions& options) {
   WorkspaceOptions result = options;
-  result.home =
-      transform_poses(group, image.element, mechanism.pose_space(), options.home.transpose())
-          .row(0)
-          .transpose();
-  if (image.keeps_modes) {
+  result.home = transform_poses(element.pair, mechanism.pose_space(), options.home.transpose())
+                    .row(0)
+                    .transpose();
+  if (element.image->keeps_modes) {
     return result;
   }
   const Vector lower = limits_of_legs(options.reading_lower, mechanism.leg_count());
@@ -41,8 +64,8 @@ WorkspaceOptions image_of_options(const Mechanism& mechanism, const SymmetryGrou
   result.reading_lower = lower;
   result.reading_upper = upper;
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
-    const Index onto = image.permutation[static_cast<std::size_t>(leg)];
-    const bool flips = reading_sign(image.element, mechanism.model(leg).info().active_joint) < 0;
+    const Index onto = element.onto(leg);
+    const bool flips = element.joint(leg).sign < 0;
     result.reading_lower[onto] = flips ? -upper[leg] : lower[leg];
     result.reading_upper[onto] = flips ? -lower[leg] : upper[leg];
   }
@@ -51,16 +74,14 @@ WorkspaceOptions image_of_options(const Mechanism& mechanism, const SymmetryGrou
 
 // Each image reading, at the leg that the image is, less the leg's own with its sign; angles by
 // the shortest turn.
-RowMatrix deviations(const Mechanism& mechanism, const ElementImage& image,
-                     ConstRows image_readings, ConstRows readings) {
+RowMatrix deviations(const Mechanism& mechanism, const Element& element, ConstRows image_readings,
+                     ConstRows readings) {
   RowMatrix result(readings.rows(), readings.cols());
   Vector column(readings.rows());
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
-    const LegModel& model = mechanism.model(leg);
-    const double sign = reading_sign(image.element, model.info().active_joint);
-    model.reading_differences(mechanism.leg(leg).parameters,
-                              image_readings.col(image.permutation[static_cast<std::size_t>(leg)]),
-                              sign * readings.col(leg), column);
+    mechanism.model(leg).reading_differences(mechanism.leg(leg).parameters,
+                                             image_readings.col(element.onto(leg)),
+                                             element.joint(leg).sign * readings.col(leg), column);
     result.col(leg) = column;
   }
   return result;
@@ -79,11 +100,11 @@ WorkspaceSymmetry verify_workspace_symmetry(const Mechanism& mechanism,
                            " does not map the legs of mechanism \"" + mechanism.name() +
                            "\" onto themselves");
   }
+  const Element acting = element_of(mechanism, group, image, tolerance);
   const RowMatrix poses = draw_poses(mechanism, options, count, seed);
-  const PoseSpace space = mechanism.pose_space();
-  const RowMatrix image_poses = transform_poses(group, element, space, poses);
-  const Mechanism image_mechanism = with_image_modes(mechanism, image);
-  const WorkspaceOptions image_options = image_of_options(mechanism, group, image, options);
+  const RowMatrix image_poses = transform_poses(acting.pair, mechanism.pose_space(), poses);
+  const Mechanism image_mechanism = with_image_modes(mechanism, acting);
+  const WorkspaceOptions image_options = image_of_options(mechanism, acting, options);
 
   WorkspaceSymmetry result;
   result.element = element;
@@ -94,7 +115,7 @@ WorkspaceSymmetry verify_workspace_symmetry(const Mechanism& mechanism,
       inside_workspace(image_mechanism, image_options, image_poses);
   const RowMatrix readings = inverse_kinematics(mechanism, poses);
   const RowMatrix image_readings = inverse_kinematics(image_mechanism, image_poses);
-  const RowMatrix apart = deviations(mechanism, image, image_readings, readings);
+  const RowMatrix apart = deviations(mechanism, acting, image_readings, readings);
   for (Index i = 0; i < count; ++i) {
     const auto row = static_cast<std::size_t>(i);
     result.inside += inside[row] ? 1 : 0;

@@ -20,10 +20,12 @@ from symkin.model.mechanism import Mechanism
 from symkin.model.symmetry import (
     NamedGroup,
     SymmetryComparison,
+    SymmetryPairs,
     compare_symmetry,
     leg_carriers,
     map_poses,
     symmetry_group,
+    symmetry_pairs,
 )
 from symkin.model.symmetry.groups import mechanism_groups
 from symkin.options import checks
@@ -98,6 +100,9 @@ class CheckResult(Result):
     groups : tuple of NamedGroup
         G_M, its subgroup that keeps the working modes and G_C; with workspace settings G_W and G_Q
         too.
+    pairs : SymmetryPairs
+        All symmetries, about any axes: those that keep the working modes, and of these those that
+        fix home.
     origins : tuple of LegOrigin
         For each leg.
     home : HomePose
@@ -117,6 +122,7 @@ class CheckResult(Result):
     declared: bool
     comparison: SymmetryComparison
     groups: tuple[NamedGroup, ...]
+    pairs: SymmetryPairs
     origins: tuple[LegOrigin, ...]
     home: HomePose
     sample: WorkspaceSample | None
@@ -268,6 +274,7 @@ class CheckResult(Result):
                 "declared": self.declared,
                 **self.comparison.to_dict(),
                 "groups": self.groups,
+                "pairs": self.pairs.to_dict(),
                 "orbits": [[leg + 1 for leg in orbit] for orbit in self.orbits],
             },
             "conditions": self.conditions,
@@ -335,6 +342,7 @@ def check_mechanism(mechanism: MechanismGiven, seed: int | None = None) -> Check
         declared=mechanism.symmetry is not None,
         comparison=comparison,
         groups=groups if conditions is None else conditions.groups,
+        pairs=symmetry_pairs(mechanism),
         origins=tuple(
             LegOrigin(reference, element.label) for reference, element in leg_carriers(mechanism)
         ),

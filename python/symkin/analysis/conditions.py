@@ -20,8 +20,10 @@ from symkin.model.symmetry import (
     SymmetryComparison,
     SymmetryElement,
     SymmetryGroup,
+    SymmetryPair,
     compare_symmetry,
     leg_carriers,
+    symmetry_pairs,
 )
 from symkin.model.symmetry.groups import mechanism_groups, named_group
 from symkin.model.turns import turn_of
@@ -144,11 +146,11 @@ def check_conditions(
     found = comparison.found
     group, tolerance = _group_to_test(comparison)
     elements = check_elements(mechanism, group, count, seed, tolerance)
-    measured = _measure(mechanism, comparison, elements, count, seed)
     *structure, observability = mechanism_groups(mechanism, found)
+    measured = _measure(mechanism, comparison, structure, elements, count, seed)
     return Conditions(
-        structure=found.structure.paper_name,
-        with_modes=found.with_modes.paper_name,
+        structure=structure[0].paper_name,
+        with_modes=structure[1].paper_name,
         carriers=tuple(
             f"leg {reference + 1} by {element.label}"
             for reference, element in leg_carriers(mechanism)
@@ -158,11 +160,13 @@ def check_conditions(
         reading_unit=mechanism.reading_unit,
         group=group,
         elements=elements,
-        groups=(*structure, *_tested_groups(group, elements), observability),
+        groups=(*structure, *_tested_groups(group, elements, structure), observability),
     )
 
 
-def _tested_groups(group: SymmetryGroup, checks: Sequence[ElementCheck]) -> tuple[NamedGroup, ...]:
+def _tested_groups(
+    group: SymmetryGroup, checks: Sequence[ElementCheck], structure: Sequence[NamedGroup]
+) -> tuple[NamedGroup, ...]:
     """G_W and G_Q: the elements for which poses bore out Eq. 2, and Eq. 5 too.
 
     Elements that flip the working modes carry the workspace onto that of the other modes: they
@@ -178,10 +182,13 @@ def _tested_groups(group: SymmetryGroup, checks: Sequence[ElementCheck]) -> tupl
     def chosen(holds: Sequence[bool]) -> list[SymmetryElement]:
         return [element for element, yes in zip(group.elements, holds, strict=True) if yes]
 
+    # Others, about other axes or with another turn of the platform, are known from the legs alone.
+    pairs = any(each.elements[0] == "p0" for each in structure)
+    alone = " (of those tested)" if pairs else ""
     return (
-        named_group("G_W", "workspace", group, chosen(both)),
-        named_group("G_W", "with the working modes", group, chosen(workspace)),
-        named_group("G_Q", "active joints", group, chosen(joints)),
+        named_group("G_W", f"workspace{alone}", group, chosen(both)),
+        named_group("G_W", f"with the working modes{alone}", group, chosen(workspace)),
+        named_group("G_Q", f"active joints{alone}", group, chosen(joints)),
     )
 
 
@@ -190,6 +197,9 @@ class _Figures:
     """Figures on which several conditions rest."""
 
     comparison: SymmetryComparison
+    named: NamedGroup  # G_M
+    with_modes: int  # how many of its elements keep the working modes
+    permuting: bool | None  # whether these permute readings; None if they are about Z, and tested
     group: SymmetryGroup  # that was tested
     exact: bool  # whether the legs have it to rounding
     tested: int  # poses whose images were looked at
@@ -202,15 +212,30 @@ class _Figures:
     @property
     def symmetric(self) -> bool:
         """Whether the structure has a symmetry, to rounding."""
-        return self.comparison.found.structure.size > 1
+        return self.comparison.found.structure.size > 1 or len(self.named.elements) > 1
+
+    @property
+    def untested(self) -> str:
+        """Of elements whose images of poses were not looked at, what is known."""
+        if self.permuting is None:
+            return "no element but the identity to test"
+        return f"from the legs, {len(self.named.elements)} elements; none is about Z to be tested"
+
+    @property
+    def unread(self) -> str:
+        """The same of the readings at images."""
+        if self.permuting is None:
+            return "no element but the identity keeps the working modes"
+        agree = "agree" if self.permuting else "do not agree"
+        return f"from the legs, {self.with_modes} elements keep the modes; their sensors {agree}"
 
     @property
     def structure(self) -> tuple[str, str]:
         """The figure of G_M, with what the legs nearly have, and its tolerance."""
-        structure = self.comparison.found.structure
-        elements = "1 element" if structure.size == 1 else f"{structure.size} elements"
+        size = len(self.named.elements)
+        elements = "1 element" if size == 1 else f"{size} elements"
         nearly = "" if self.exact else f"; nearly {self.group.paper_name}"
-        return f"G_M = {structure.paper_name}, {elements}{nearly}", "1e-06 m, rad"
+        return f"G_M = {self.named.paper_name}, {elements}{nearly}", "1e-06 m, rad"
 
     def of_readings(self, deviation: float, unit: str) -> str:
         """A deviation of readings: of which group, and whether it is the sensors' alone."""
@@ -241,6 +266,7 @@ def _group_to_test(
 def _measure(
     mechanism: Mechanism,
     comparison: SymmetryComparison,
+    structure: Sequence[NamedGroup],
     elements: tuple[ElementCheck, ...],
     count: int,
     seed: int,
@@ -253,6 +279,9 @@ def _measure(
     limits = _core.SymmetryTolerance(*(tolerance or ()))
     return _Figures(
         comparison=comparison,
+        named=structure[0],
+        with_modes=len(structure[1].elements),
+        permuting=_permuting(mechanism, group, structure),
         group=group,
         exact=group is comparison.found.structure,
         tested=count * (group.size - 1),
@@ -267,12 +296,30 @@ def _measure(
     )
 
 
+def _permuting(
+    mechanism: Mechanism, group: SymmetryGroup, structure: Sequence[NamedGroup]
+) -> bool | None:
+    """Whether sensors agree under pairs that keep the modes, where none about Z could be tested."""
+    if group.size > 1 or len(structure[0].elements) == 1:
+        return None
+    kept = symmetry_pairs(mechanism).keep_modes_and_home
+    return len(kept) > 1 and all(each.permutes_readings for each in kept)
+
+
 def _home_deviations(
     mechanism: Mechanism, group: _core.SymmetryGroup, tolerance: _core.SymmetryTolerance
 ) -> Iterator[float]:
     """How far the home readings are from the images of the readings of each leg's reference."""
     home = mechanism.home[None, :]
     readings = mechanism.inverse_kinematics(home)[0]
+    carriers = leg_carriers(mechanism)
+    if any(isinstance(element, SymmetryPair) for _, element in carriers):
+        for leg, (reference, element) in enumerate(carriers):
+            if isinstance(element, SymmetryPair) and reference != leg:  # which fix home
+                expected = element.joints[reference].sign * readings[reference]
+                apart = np.array([readings[leg] - expected])
+                yield float(np.abs(shortest(apart, turn_of(mechanism, leg))).max())
+        return
     for leg, carrier in enumerate(_core.leg_carriers(mechanism.core, group, tolerance)):
         if carrier.reference == leg:
             continue
@@ -285,7 +332,6 @@ def _home_deviations(
 
 def _section_4(mechanism: Mechanism, measured: _Figures) -> Iterator[Condition]:
     legs, dof, unit = len(mechanism.legs), mechanism.core.mobility, mechanism.reading_unit
-    found = measured.comparison.found
     degrees = f"{legs} legs, {dof} degrees of freedom"
     yield Condition(4, 1, "as many legs as degrees of freedom", legs == dof, degrees)
     chain = legs_in_words(mechanism.legs)
@@ -300,7 +346,7 @@ def _section_4(mechanism: Mechanism, measured: _Figures) -> Iterator[Condition]:
         4,
         5,
         "the active joints are symmetric in the symmetric configuration",
-        measured.home <= READING_ROUNDING and found.with_modes.size > 1,
+        measured.home <= READING_ROUNDING and measured.with_modes > 1,
         "no leg is the image of another"
         if math.isnan(measured.home)
         else f"home {measured.of_readings(measured.home, unit)}",
@@ -318,7 +364,7 @@ def _section_5(mechanism: Mechanism, measured: _Figures) -> Iterator[Condition]:
         2,
         "the workspace has the symmetry (Eq. 2)",
         symmetric and measured.mismatches == 0,
-        "no element but the identity to test"
+        measured.untested
         if measured.group.size == 1
         else f"{measured.mismatches} of {measured.tested} poses are in it and their images are "
         f"not, or the reverse{measured.under}",
@@ -340,8 +386,8 @@ def _section_5(mechanism: Mechanism, measured: _Figures) -> Iterator[Condition]:
         5,
         7,
         "the active-joint workspace has the symmetry (Eq. 5)",
-        symmetric and measured.deviation <= READING_ROUNDING,
-        "no element but the identity keeps the working modes"
+        symmetric and (measured.deviation <= READING_ROUNDING or measured.permuting is True),
+        measured.unread
         if math.isnan(measured.deviation)
         else measured.of_readings(measured.deviation, unit),
         f"{READING_ROUNDING:.0e} {unit}",

@@ -22,7 +22,7 @@ from symkin.estimate.survey import Observing, Survey, Unknowns
 from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import pose_rows
-from symkin.model.symmetry import SymmetryElement, map_poses
+from symkin.model.symmetry import Carrying, map_poses
 from symkin.options import Visit, checks
 from symkin.planning.basis import ChosenPoses, PlanBasis
 from symkin.planning.observing import ObservedTask, is_probing, on_the_bed, probing_unknowns
@@ -329,7 +329,7 @@ def _assemble(demands: _Demands, chosen: Sequence[_Chosen], kept: Clearance) -> 
     )
 
 
-def _images(mechanism: Mechanism, elements: Sequence[SymmetryElement], poses: Poses) -> Poses:
+def _images(mechanism: Mechanism, elements: Sequence[Carrying], poses: Poses) -> Poses:
     """Carry poses by each element, all images of a pose together."""
     if not len(poses):
         return poses

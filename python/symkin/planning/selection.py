@@ -31,12 +31,14 @@ from symkin.errors import NotIdentifiableError, SymkinError, one_of
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import pose_rows
 from symkin.model.symmetry import (
+    Carrying,
     SymmetryElement,
     leg_carriers,
     map_poses,
     observability_group,
     symmetry_group,
 )
+from symkin.model.symmetry.groups import core_pair
 from symkin.model.tolerances import noise_of, parameter_tolerances
 from symkin.options import Criterion, Design, SelectionMethod, checks
 from symkin.values import Value, field, record
@@ -139,7 +141,7 @@ class LegRows:
         Candidate poses.
     kind : {"paper", "noise_aware"}
         See `observability_rows`.
-    orbit : sequence of SymmetryElement or str, optional
+    orbit : sequence of SymmetryElement, SymmetryPair or str, optional
         Elements of the mechanism's group, such as ``("r0", "r1", "r2")``. Each candidate then
         stands for all poses to which they carry it (see `map_poses`), and brings one row for each
         element: that of the leg at the carried pose. Measured at whole orbits, legs that the group
@@ -158,18 +160,15 @@ class LegRows:
         poses: ArrayLike | WorkspaceSample,
         kind: RowKind = "paper",
         *,
-        orbit: Sequence[SymmetryElement | str] = ("r0",),
+        orbit: Sequence[Carrying | str] = ("r0",),
     ) -> None:
-        group = symmetry_group(mechanism)
-        elements = [group.parse(each) if isinstance(each, str) else each for each in orbit]
         self.core = _core.LegRows(
             mechanism.core,
             leg,
             pose_rows(poses),
             one_of("kind of rows", kind, _core.RowKind.__members__),
             noise_of(mechanism.noise),
-            group.core,
-            elements,
+            [core_pair(mechanism, each) for each in orbit],
         )
 
     @property
@@ -324,17 +323,17 @@ class Task:
         The nominal one.
     leg : int or None
         The leg, from 0, whose parameters it shows; None for those of all legs.
-    sets : tuple of (int, tuple of SymmetryElement)
+    sets : tuple of (int, tuple of SymmetryElement or SymmetryPair)
         The sets that it gives: the leg (from 0; -1 for all legs) and the elements that carry each
         chosen pose into the set.
     """
 
     mechanism: Mechanism
     leg: int | None
-    sets: tuple[tuple[int, tuple[SymmetryElement, ...]], ...]
+    sets: tuple[tuple[int, tuple[Carrying, ...]], ...]
 
     @property
-    def elements(self) -> tuple[SymmetryElement, ...]:
+    def elements(self) -> tuple[Carrying, ...]:
         """All elements that carry its poses, in the order of the sets."""
         return tuple(element for _, elements in self.sets for element in elements)
 

@@ -24,6 +24,7 @@ from symkin.estimate.fleet import Fleet
 from symkin.model.mechanism import Mechanism
 from symkin.model.symmetry.comparison import SymmetryComparison
 from symkin.model.symmetry.groups import DetectedSymmetry
+from symkin.model.symmetry.pairs import SymmetryPairs
 from symkin.pipeline import ProtocolResult
 from symkin.planning.plan import Plan
 from symkin.planning.prediction import NeededPoses, PoseCountCurve
@@ -34,6 +35,7 @@ from symkin.show.check import (
     comparison_page,
     conditions_page,
     detection_page,
+    pairs_page,
 )
 from symkin.show.estimate import estimate_page, estimate_summary
 from symkin.show.evaluation import cross_validation_page, evaluation_page
@@ -54,6 +56,7 @@ PAGES: dict[type, Callable[[Any], present.Page]] = {
     CostResult: cost_page,
     CrossValidation: cross_validation_page,
     DetectedSymmetry: detection_page,
+    SymmetryPairs: pairs_page,
     Estimate: estimate_page,
     Evaluation: evaluation_page,
     Fleet: fleet_page,

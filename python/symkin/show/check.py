@@ -16,11 +16,12 @@ from symkin.model.symmetry import (
     DetectedSymmetry,
     NamedGroup,
     SymmetryComparison,
+    SymmetryPairs,
     compare_symmetry,
     leg_carriers,
-    symmetry_group,
+    symmetry_pairs,
 )
-from symkin.model.symmetry.groups import describe_element
+from symkin.model.symmetry.groups import carrier_words
 from symkin.present import Group, Headline, Page, Section, Table
 from symkin.show.mechanism import held_parameters, legs_table, mechanism_section
 from symkin.show.observability import observability_section, singular_values_table
@@ -52,7 +53,7 @@ _SOUND = 10  # condition number at home that needs no word
 def check_page(result: CheckResult) -> Page:
     """Describe all that a check found."""
     mechanism, comparison = result.mechanism, result.comparison
-    symmetry = symmetry_section(mechanism, comparison, result.groups)
+    symmetry = symmetry_section(mechanism, comparison, result.groups, result.pairs)
     untested = [f"The conditions are not tested: {result.untested}."]
     conditions = Section("conditions", "Conditions", untested)
     if result.conditions is not None:
@@ -131,7 +132,7 @@ def _notes(result: CheckResult) -> list[str]:
     notes = [result.comparison.sentences[-1]] if result.comparison.sensors != "exact" else []
     notes += held_parameters(result.mechanism)
     notes += _own_frames(result.mechanism)
-    notes += _drawn_sideways(result.mechanism)
+    notes += _drawn_sideways(result.mechanism) if len(result.orbits) > 1 else []
     conditions = () if result.conditions is None else result.conditions.conditions
     failing = [each for each in conditions if not each.holds]
     if failing:
@@ -226,27 +227,69 @@ def symmetry_section(
     mechanism: Mechanism,
     comparison: SymmetryComparison | None = None,
     groups: Sequence[NamedGroup] = (),
+    pairs: SymmetryPairs | None = None,
 ) -> Section:
     """State the symmetry that there is, and how every leg comes from its reference leg."""
     comparison = comparison or compare_symmetry(mechanism)
-    parts = [_groups_table(groups)] if groups else []
+    pairs = pairs or symmetry_pairs(mechanism)
+    parts = [_groups_table(groups), pairs_table(pairs)] if groups else []
     return Section(
         "symmetry",
         "Symmetry",
-        [*comparison.sentences, _orbits(mechanism)],
+        [*comparison.sentences, *pairs.sentences, _orbits(mechanism)],
         [*parts, _carriers_table(mechanism)],
     )
 
 
 def _carriers_table(mechanism: Mechanism) -> Table:
     """Show which element carries which leg to every leg."""
-    group = symmetry_group(mechanism)
     rows = [
-        (f"leg {leg}", f"leg {reference + 1}", element.label, describe_element(group, element))
+        (
+            f"leg {leg}",
+            f"leg {reference + 1}",
+            element.label,
+            carrier_words(mechanism, element),
+        )
         for leg, (reference, element) in enumerate(leg_carriers(mechanism), 1)
     ]
     caption = "Where the legs and their poses come from (Eqs. 7, 21)"
     return Table(caption, ("Leg", "Image of", "Element", "Which is"), [Group(rows)], wordy=True)
+
+
+def pairs_table(pairs: SymmetryPairs) -> Table:
+    """Show every symmetry: what it does, and what it keeps."""
+    rows = [
+        (
+            each.label,
+            each.words,
+            " ".join(str(leg + 1) for leg in each.permutation),
+            _yes(each.keeps_modes),
+            _yes(each.fixes_home),
+            _yes(each.permutes_readings),
+        )
+        for each in pairs.elements
+    ]
+    columns = ("Element", "Of the base", "Legs go to", "Keeps modes", "Keeps home", "Sensors agree")
+    return Table("All symmetries", columns, [Group(rows)], wordy=True)
+
+
+def pairs_page(pairs: SymmetryPairs) -> Page:
+    """Say which symmetries there are, and which of them carry poses."""
+    kept, home = len(pairs.keep_modes), len(pairs.keep_modes_and_home)
+    return Page(
+        title="Symmetries of the mechanism",
+        headlines=[
+            ("In all", str(len(pairs.pairs)), pairs.name(pairs.pairs)),
+            ("Keep the working modes", str(kept), pairs.name(pairs.keep_modes)),
+            ("Keep home too, G_M", str(home), pairs.name(pairs.keep_modes_and_home)),
+        ],
+        notes=list(pairs.sentences[1:]),
+        sections=[Section("pairs", "Symmetries", (), [pairs_table(pairs)])],
+    )
+
+
+def _yes(holds: bool) -> str:
+    return "yes" if holds else "no"
 
 
 def _groups_table(groups: Sequence[NamedGroup]) -> Table:

@@ -18,7 +18,7 @@ from symkin.analysis.observability import (
 )
 from symkin.errors import SymkinError
 from symkin.model.mechanism import Mechanism
-from symkin.model.symmetry import observability_group
+from symkin.model.symmetry import SymmetryPair, observability_group
 from symkin.present import Group, Image, Page, Section, Table
 from symkin.show.images import plotted
 from symkin.show.wording import NONE, leg_columns, plural, significant
@@ -58,6 +58,14 @@ def observability_page(shown: Observability) -> Page:
     )
 
 
+# C_j D = C_i with D that is no diagonal (theory: Eq. 10 away from Z).
+_MIXED = (
+    "The legs are carried onto each other about another axis than Z, which mixes their "
+    "coordinates: each leg shows the same of its joints, but the values of single coordinates "
+    "differ, and an angle at radius zero means nothing."
+)
+
+
 def observability_section(
     mechanism: Mechanism,
     sets: Sequence[NDArray[np.float64]],
@@ -86,8 +94,10 @@ def observability_section(
     ]
     left_out = sum(map(len, sets)) - sum(map(len, reached))
     paragraphs = [_EXPLANATION]
-    if symmetric and observability_group(mechanism) is not None:
-        paragraphs.append(_symmetrical(names, deviations))
+    elements = observability_group(mechanism) if symmetric else None
+    if elements is not None:
+        tilted = any(isinstance(each, SymmetryPair) and each.tilts for each in elements)
+        paragraphs.append(_MIXED if tilted else _symmetrical(names, deviations))
     if left_out:
         paragraphs.append(f"Left out: {plural(left_out, 'pose')} beyond a leg's nominal reach.")
 

@@ -66,13 +66,14 @@ TEST_F(GeneratedRows, OfOneLegGiveTheSameSelectionAsAMatrix) {
 
 TEST_F(GeneratedRows, OfOrbitsGiveTheSameSelectionAsAMatrix) {
   const RowMatrix rows = orbit_rows(0, RowKind::paper);
-  expect_same(LegRows(mechanism, 0, poses, RowKind::paper, {}, {group, group.elements()}),
+  expect_same(LegRows(mechanism, 0, poses, RowKind::paper, {}, Orbit::of(group, group.elements())),
               CandidateRows{rows, 3}, 8);
 }
 
 TEST_F(GeneratedRows, FillAnyPartOfThem) {
   const RowMatrix rows = orbit_rows(2, RowKind::paper);
-  const LegRows generated(mechanism, 2, poses, RowKind::paper, {}, {group, group.elements()});
+  const LegRows generated(mechanism, 2, poses, RowKind::paper, {},
+                          Orbit::of(group, group.elements()));
   RowMatrix part(3 * 5, 8);
   generated.fill(777, 5, part.data());
   EXPECT_EQ(part, rows.middleRows(3 * 777, 3 * 5));
@@ -113,8 +114,8 @@ TEST_F(GeneratedRows, OutliveTheMechanism) {
 }
 
 TEST_F(GeneratedRows, NeedAnOrbitWithElementsAndALegThatExists) {
-  EXPECT_THROW(LegRows(mechanism, 0, poses, RowKind::paper, {}, {group, {}}), InvalidInput);
-  EXPECT_THROW(LegRows(mechanism, 0, poses, RowKind::paper, {}, {group, {{0, true}}}),
+  EXPECT_THROW(LegRows(mechanism, 0, poses, RowKind::paper, {}, Orbit{}), InvalidInput);
+  EXPECT_THROW(LegRows(mechanism, 0, poses, RowKind::paper, {}, Orbit::of(group, {{0, true}})),
                InvalidInput);
   EXPECT_THROW(LegRows(mechanism, 3, poses, RowKind::paper), InvalidInput);
   const RowMatrix flat = poses.leftCols(2);

@@ -59,6 +59,7 @@ def _of_core(mechanism: symkin.Mechanism, poses: np.ndarray) -> Iterator[Call]:
     noise = _core.MeasurementNoise(1e-4, 1e-4, 1e-4)
     group = symkin.model.symmetry.symmetry_group(mechanism).core
     element = group.elements[-1]
+    pair = _core.pair_of(group, element)
     kind = _core.RowKind.noise_aware
     leg = {"leg": 0}
 
@@ -179,6 +180,25 @@ def _of_core(mechanism: symkin.Mechanism, poses: np.ndarray) -> Iterator[Call]:
         lambda poses: _core.transform_poses(group, element, core, poses),
     )
     yield Call(
+        "_core.SymmetryPair.transform_poses",
+        {"poses": poses},
+        lambda poses: pair.transform_poses(core, poses),
+    )
+    yield Call(
+        "_core.Isometry",
+        {"linear": np.eye(3), "shift": np.zeros(3)},
+        lambda linear, shift: (
+            _core.SymmetryPair(_core.Isometry(linear, shift), _core.Isometry(linear, shift), False)
+            .transform_poses(core, poses)
+            .shape
+        ),
+    )
+    yield Call(
+        "_core.find_pairs",
+        {"home": mechanism.home},
+        lambda home: _core.find_pairs(core, home).continuous_base,
+    )
+    yield Call(
         "_core.transform_leg",
         {"parameters": core.parameters[0]},
         lambda parameters: _core.transform_leg(group, element, core, parameters, 1),
@@ -282,7 +302,7 @@ def _of_core(mechanism: symkin.Mechanism, poses: np.ndarray) -> Iterator[Call]:
         "_core.LegRows",
         {"poses": poses},
         lambda leg, poses: _core.select_poses(
-            _core.LegRows(core, leg, poses, kind, noise, group, [element]), _select_ten()
+            _core.LegRows(core, leg, poses, kind, noise, [pair]), _select_ten()
         ),
         leg,
     )

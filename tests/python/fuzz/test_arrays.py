@@ -54,6 +54,7 @@ RESULTS = {
     "LegFit",
     "LocalErrors",
     "ModeSlices",
+    "Motion",
     "Observability",
     "PaperFindings",
     "PoseCountCurve",

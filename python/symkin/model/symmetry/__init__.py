@@ -7,6 +7,7 @@ from symkin.model.symmetry.comparison import (
     compare_symmetry,
 )
 from symkin.model.symmetry.groups import (
+    Carrying,
     DetectedSymmetry,
     NamedGroup,
     SymmetryElement,
@@ -23,15 +24,27 @@ from symkin.model.symmetry.groups import (
     symmetry_group,
     verify_declared,
 )
+from symkin.model.symmetry.pairs import (
+    JointMap,
+    Motion,
+    SymmetryPair,
+    SymmetryPairs,
+    symmetry_pairs,
+)
 
 __all__ = [
+    "Carrying",
     "DetectedSymmetry",
+    "JointMap",
+    "Motion",
     "NamedGroup",
     "ParameterDeviation",
     "SymmetryComparison",
     "SymmetryElement",
     "SymmetryFrame",
     "SymmetryGroup",
+    "SymmetryPair",
+    "SymmetryPairs",
     "compare_symmetry",
     "declared_group",
     "detect_symmetry",
@@ -42,5 +55,6 @@ __all__ = [
     "observability_group",
     "symmetry_deviations",
     "symmetry_group",
+    "symmetry_pairs",
     "verify_declared",
 ]

@@ -19,16 +19,26 @@ from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.model.mechanism import Leg, Mechanism
 from symkin.model.poses import POSE_SPACES, pose_rows
 from symkin.model.settings import DeclaredSymmetry
+from symkin.model.symmetry.pairs import (
+    SymmetryPair,
+    SymmetryPairs,
+    fixes_home,
+    symmetry_pairs,
+)
 from symkin.options import checks
 from symkin.results import Result
 from symkin.values import Value, field, record
 
 __all__ = [
+    "Carrying",
     "DetectedSymmetry",
     "NamedGroup",
     "SymmetryElement",
     "SymmetryFrame",
     "SymmetryGroup",
+    "carrier_words",
+    "core_pair",
+    "core_pair_of",
     "declared_group",
     "describe_element",
     "detect_symmetry",
@@ -46,6 +56,9 @@ __all__ = [
     "symmetry_group",
     "verify_declared",
 ]
+
+# What carries a leg onto another, and poses with it.
+Carrying = SymmetryElement | SymmetryPair
 
 copyreg.pickle(SymmetryElement, lambda each: (SymmetryElement, (each.rotation, each.reflection)))
 
@@ -430,9 +443,9 @@ def detect_symmetry(
 ) -> DetectedSymmetry:
     """Find the largest symmetry group C_n or D_n of a mechanism, about any centre and axis.
 
-    Rotations are about Z and mirrors contain it: a spatial mechanism with a tilted axis has to be
-    described in frames along it. Where joints are counts and how long links are; gains and offsets
-    of the sensors, and azimuths of joints in the centre, do not.
+    Rotations are about Z and mirrors contain it; `symmetry_pairs` finds those about other axes too.
+    Where joints are counts and how long links are; gains and offsets of the sensors, and azimuths
+    of joints in the centre, do not.
 
     Parameters
     ----------
@@ -497,8 +510,11 @@ def symmetry_group(mechanism: Mechanism) -> SymmetryGroup:
     return detect_symmetry(mechanism).with_modes
 
 
-def leg_carriers(mechanism: Mechanism) -> list[tuple[int, SymmetryElement]]:
+def leg_carriers(mechanism: Mechanism) -> list[tuple[int, Carrying]]:
     """For each leg the first leg (from 0) of its orbit, and the element that carries it there.
+
+    Where no symmetry is declared, and all pairs that keep the working modes and home make fewer
+    orbits than those about Z, the elements are such pairs (see `symmetry_pairs`).
 
     For a fully symmetric mechanism these elements are G_C (Eqs. 7, 21), all from leg 0. A leg that
     is nobody's image is its own reference. So is one whose element puts another leg, such as a
@@ -507,9 +523,18 @@ def leg_carriers(mechanism: Mechanism) -> list[tuple[int, SymmetryElement]]:
 
     Returns
     -------
-    list of (int, SymmetryElement)
+    list of (int, SymmetryElement or SymmetryPair)
         One for each leg.
     """
+    found = _carriers_about_z(mechanism)
+    if mechanism.symmetry is None and any(reference for reference, _ in found):
+        pairs = symmetry_pairs(mechanism).carriers()
+        if len({each for each, _ in pairs}) < len({each for each, _ in found}):
+            return list(pairs)
+    return found
+
+
+def _carriers_about_z(mechanism: Mechanism) -> list[tuple[int, Carrying]]:
     group = symmetry_group(mechanism)
     flips: dict[SymmetryElement, bool] = {}
 
@@ -530,7 +555,7 @@ def leg_carriers(mechanism: Mechanism) -> list[tuple[int, SymmetryElement]]:
     ]
 
 
-def observability_group(mechanism: Mechanism) -> list[SymmetryElement] | None:
+def observability_group(mechanism: Mechanism) -> list[Carrying] | None:
     """G_C (Eqs. 7, 21): for each leg the element that carries leg 1 onto it.
 
     None for a mechanism in which some leg is not an image of leg 1.
@@ -542,7 +567,7 @@ def observability_group(mechanism: Mechanism) -> list[SymmetryElement] | None:
 
 
 def map_poses(
-    mechanism: Mechanism, element: SymmetryElement | str, poses: ArrayLike
+    mechanism: Mechanism, element: Carrying | str, poses: ArrayLike
 ) -> NDArray[np.float64]:
     """Carry poses by an element of the mechanism's group (Eqs. 14, 22).
 
@@ -550,8 +575,8 @@ def map_poses(
     ----------
     mechanism : Mechanism
         Its group is the declared one, or else the one found.
-    element : SymmetryElement or str
-        Such as ``"r1"``.
+    element : SymmetryElement, SymmetryPair or str
+        Such as ``"r1"``, or ``"p3"`` of the mechanism's `symmetry_pairs`.
     poses : array_like, shape (N, coordinates)
         One pose a row.
 
@@ -559,21 +584,77 @@ def map_poses(
     -------
     ndarray, shape (N, coordinates)
     """
+    return core_pair(mechanism, element).transform_poses(mechanism.core, pose_rows(poses))
+
+
+def core_pair(mechanism: Mechanism, element: Carrying | str) -> _core.SymmetryPair:
+    """Return what an element, or one by its label, does to base and platform."""
+    if isinstance(element, str) and element.startswith("p"):
+        element = symmetry_pairs(mechanism).parse(element)
+    if isinstance(element, SymmetryPair):
+        return element.core
     group = symmetry_group(mechanism)
-    chosen = group.parse(element) if isinstance(element, str) else element
-    return _core.transform_poses(group.core, chosen, mechanism.core, pose_rows(poses))
+    return core_pair_of(group, group.parse(element) if isinstance(element, str) else element)
+
+
+def core_pair_of(group: SymmetryGroup, element: SymmetryElement) -> _core.SymmetryPair:
+    """Return the motions of base and platform that an element of a group about Z stands for."""
+    return _core.pair_of(group.core, element)
+
+
+def carrier_words(mechanism: Mechanism, element: Carrying) -> str:
+    """Say in words what an element that carries a leg does."""
+    if isinstance(element, SymmetryPair):
+        return element.words
+    return describe_element(symmetry_group(mechanism), element)
 
 
 def mechanism_groups(mechanism: Mechanism, found: DetectedSymmetry) -> tuple[NamedGroup, ...]:
-    """Return the groups that the legs alone tell: G_M, its subgroup, and G_C."""
-    structure = found.structure
-    kept = [element for element in structure.elements if found.keeps_modes[element.label]]
-    carriers = list(dict.fromkeys(element for _, element in leg_carriers(mechanism)))
+    """Return the groups that legs and home tell: G_M, its subgroup that keeps the modes, and G_C.
+
+    G_M is what carries the robot onto itself as it stands at home: of all pairs those that fix it.
+    """
+    pairs = symmetry_pairs(mechanism)
+    about_z = [
+        element
+        for element in found.structure.elements
+        if fixes_home(mechanism, core_pair_of(found.structure, element))
+    ]
+    kept = [element for element in about_z if found.keeps_modes[element.label]]
+    carriers = list({element.label: element for _, element in leg_carriers(mechanism)}.values())
+
+    def larger(
+        meaning: str, elements: Sequence[SymmetryElement], others: Sequence[SymmetryPair]
+    ) -> NamedGroup:
+        """The elements about Z, by their usual names, unless others are more."""
+        if len(elements) >= len(others):
+            return named_group("G_M", meaning, found.structure, elements)
+        return _named_pairs("G_M", meaning, pairs, others)
+
     return (
-        named_group("G_M", "structure", structure, structure.elements),
-        named_group("G_M", "with the working modes", structure, kept),
-        named_group("G_C", "observability", symmetry_group(mechanism), carriers),
+        larger("structure", about_z, pairs.fix_home),
+        larger("with the working modes", kept, pairs.keep_modes_and_home),
+        _observability_named(mechanism, carriers),
     )
+
+
+def _named_pairs(
+    symbol: str, meaning: str, pairs: SymmetryPairs, elements: Sequence[SymmetryPair]
+) -> NamedGroup:
+    name = pairs.group_of(elements)
+    # The paper counts the elements of a dihedral group.
+    paper = f"D_{len(elements)}" if pairs.planar and name.startswith("D") else name
+    labels, words = [each.label for each in elements], [each.words for each in elements]
+    return NamedGroup(symbol, meaning, paper, name, tuple(labels), tuple(words))
+
+
+def _observability_named(mechanism: Mechanism, carriers: Sequence[Carrying]) -> NamedGroup:
+    meaning = "G_C", "observability"
+    elements = [each for each in carriers if isinstance(each, SymmetryElement)]
+    if len(elements) == len(carriers):
+        return named_group(*meaning, symmetry_group(mechanism), elements)
+    pairs = [each for each in carriers if isinstance(each, SymmetryPair)]
+    return _named_pairs(*meaning, symmetry_pairs(mechanism), pairs)
 
 
 def _tolerance(tolerance: float, gain_tolerance: float | None) -> _core.SymmetryTolerance:
