@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Frames alone: where a device stands, and how its poses are meant."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -10,6 +12,7 @@ from symkin.analysis.observed import Observed
 from symkin.cli import main
 from symkin.errors import MeasurementError, SymkinError
 from symkin.model.poses import frame, poses_of, transforms, vectors_from_quaternions
+from symkin.planning.simulation import disturb
 from symkin.storage.tables import read_table
 
 BASE, TARGET = (1.0, -0.5, 0.3, 0.4, -1.2, 2.6), (0.05, 0.02, -0.1, 0.3, 0.1, -0.4)
@@ -229,3 +232,19 @@ def test_angles_in_a_table_of_the_device_are_recognised(robot, tmp_path, capsys)
     told = ["align", str(path), "--device", names, "--robot", own, "--convention", "ZYX"]
     assert main(told) == 0
     assert "nothing speaks against them" in " ".join(capsys.readouterr().out.split())
+
+
+def test_identify_names_the_order_of_angles_that_were_taken_for_rotation_vectors():
+    hexapod = symkin.load_mechanism("hexapod_jugglebot")
+    noise = dataclasses.replace(hexapod.noise, position=1e-4, orientation=3e-4, reading=4e-3)
+    made = dataclasses.replace(hexapod.tolerances, length=1e-3, angle=2e-3, gain=1e-3)
+    hexapod = hexapod.replace(noise=noise, tolerances=made)
+    at = symkin.sample_workspace(hexapod, 40, seed=3).poses
+    readings = disturb(hexapod, 2).inverse_kinematics(at)
+    exact = symkin.Measurements.of(at, readings, reading_unit="rad", pose_space="spatial")
+    measured = Observed("pose").measure(exact, noise, 1)
+    angles = angles_of(transforms("spatial", measured.poses).rotation, "ZYX")
+    mistaken = poses(np.hstack([measured.poses[:, :3], angles]))
+    found = symkin.identify(hexapod, dataclasses.replace(measured, poses=mistaken))
+    assert "no rotation vectors, but angles ZYX" in str(found.doubts[0])
+    assert symkin.identify(hexapod, measured).trustworthy

@@ -11,11 +11,13 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from symkin.analysis.conventions import ORDERS, fits_of, taken_as, ways_of
 from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError
 from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.evidence.trial import Correction
 from symkin.model.mechanism import Mechanism
+from symkin.model.poses import poses_of, transforms, vectors_from_quaternions
 
 __all__ = ["edits_of_poses", "rarer_edits", "with_readings"]
 
@@ -23,6 +25,9 @@ Array = NDArray[np.float64]
 
 _LATE = 3  # rows, of all readings
 _LATE_ALONE = 2  # of one leg's
+_LEAST_TURNED = 6  # rows
+_PLAINLY_OFF = 3.0  # times what the drawing and the noise leave of orientations
+_BETTER = 1.5
 _FAR = 30.0  # times as far out as the drawing has it: in another unit
 
 
@@ -109,6 +114,7 @@ def rarer_edits(stated: Correction) -> Iterator[Correction]:
     """Correct what is mistaken less often, and so not looked for beside another mistake."""
     yield from _edits_of_rows(stated)
     nominal, poses = stated.mechanism, stated.measurements.poses
+    yield from _angles(stated)
     blocks = _blocks(stated)
     if blocks is not None:
         yield blocks
@@ -123,6 +129,39 @@ def rarer_edits(stated: Correction) -> Iterator[Correction]:
             signs = np.where(np.arange(poses.shape[1]) == axis, -1.0, 1.0)
             words = f"{names[axis]} has the opposite sign, but not the orientation"
             yield from _with_poses(stated, words, poses * signs)
+
+
+def _angles(stated: Correction) -> Iterator[Correction]:
+    """Rotation vectors that are angles about axes in some order, where that fits the drawing."""
+    nominal, poses = stated.mechanism, stated.measurements.poses
+    space, read = nominal.space, np.isfinite(stated.measurements.readings).all(axis=1)
+    if not (space.has_quaternion and space.moves) or not read.any():
+        return
+    drawn = np.full_like(poses, np.nan)
+    try:
+        drawn[read] = nominal.forward_kinematics(stated.measurements.readings[read])[0]
+    except SymkinError:
+        return
+    measured = np.isfinite(poses).all(axis=1)
+    rows = measured & np.isfinite(drawn).all(axis=1)
+    if rows.sum() < _LEAST_TURNED:
+        return
+    vectors = vectors_from_quaternions(poses[:, space.size :])
+    device = np.hstack([poses[:, : space.size], vectors])
+    asked = (device[rows], transforms(space.name, drawn[rows]), nominal.characteristic_length)
+    (as_measured,) = fits_of(["as measured"], *asked, space.name)
+    made = nominal.tolerances
+    off = made.angle + made.length / nominal.characteristic_length + nominal.noise.orientation
+    if as_measured.told.orientation_rms < _PLAINLY_OFF * off:
+        return  # no order of angles would leave so little
+    best = fits_of(ways_of(device[rows], space.name, triples=True), *asked, space.name)[0].told
+    if best.cost * _BETTER > as_measured.told.cost or best.convention[:3] not in ORDERS:
+        return
+    taken = np.full_like(poses, np.nan)
+    meant = taken_as(best.convention, device[measured], space.name)
+    taken[measured] = poses_of(space.name, meant)
+    words = f"the orientations are no rotation vectors, but angles {best.convention}"
+    yield from _with_poses(stated, words, taken)
 
 
 def _with_poses(stated: Correction, convention: str, poses: Array) -> Iterator[Correction]:
