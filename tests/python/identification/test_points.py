@@ -3,6 +3,7 @@
 
 import dataclasses
 import functools
+import json
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from symkin.cli import main
 from symkin.data.reading import write_measurements
 from symkin.errors import MeasurementError, NotIdentifiableError, SymkinError
 from symkin.model.poses import POSE_SPACES
-from symkin.model.settings import Frames
+from symkin.model.settings import Frames, NoiseSettings
 from symkin.planning.simulation import disturb
 from symkin.show.wording import promise
 
@@ -249,3 +250,50 @@ def test_points_in_a_line_are_no_body():
     assert body_of(line, POSE_SPACES["spatial"]) is None
     motions = motions_of(line, line[0], POSE_SPACES["spatial"])
     assert np.isnan(motions.translation).all()
+
+
+@pytest.mark.parametrize("name", ["hexapod_three_points_unknown", "hexapod_two_points_unknown"])
+def test_hexapods_are_identified_as_by_explicit_least_squares(name, shared_reference):
+    text = (shared_reference / "observations.json").read_text(encoding="utf-8")
+    (case,) = (each for each in json.loads(text)["cases"] if each["name"] == name)
+    drawn = symkin.load_mechanism("hexapod_jugglebot")
+    legs = tuple(
+        dataclasses.replace(
+            leg, parameters={each: case["scalars"][f"{each}_{k}"] for each in drawn.parameter_names}
+        )
+        for k, leg in enumerate(drawn.legs, 1)
+    )
+    taken, prior = case["measurements"], {}
+    for row in case["priors"]:
+        ((_, scalar),) = row["terms"]
+        prior[name_of(scalar)] = row["sd"]
+    home = dataclasses.replace(drawn.workspace, home=(0, 0, 0.43, 0, 0, 0))
+    noise = NoiseSettings(taken["points_sd"], 1e-5, taken["reading_sd"])
+    robot = drawn.replace(legs=legs, symmetry=None, noise=noise, reading_unit="m", workspace=home)
+    points = np.array(taken["points"], dtype=float)
+    measured = symkin.Measurements.of(
+        np.full((len(points), 7), np.nan), taken["readings"], reading_unit="m", points=points
+    )
+    found = symkin.identify(robot, measured, prior=prior, fixed=["sensor_gain"])
+    expected = case["expected"]
+    assert found.chi_square == pytest.approx(expected["chi_square"], rel=1e-8)
+    assert found.degrees_of_freedom == expected["degrees_of_freedom"]
+    assert (found.rank, found.data_rank) == (expected["rank"], expected["rank_of_data"])
+    for scalar, value, deviation in zip(
+        case["free"], expected["estimate"], expected["sd"], strict=True
+    ):
+        if scalar.startswith("base_frame_r"):
+            continue  # of a rotation about another start
+        unknown = found.params[name_of(scalar)]
+        assert unknown.value == pytest.approx(value, abs=1e-5 * deviation)
+        assert unknown.deviation / found.widened == pytest.approx(deviation, rel=1e-6)
+
+
+def name_of(scalar):
+    """As symkin has it, of a name in the reference."""
+    first, *middle, last = scalar.split("_")
+    if first == "point":
+        return f"point{middle[0]}.{last}"
+    if scalar.startswith("base_frame"):
+        return f"base.{last}"
+    return f"leg{last}." + "_".join((first, *middle))
