@@ -201,6 +201,42 @@ TEST(LatentPoses, OfWhichNothingIsKnownAreEliminatedWithoutACondition) {
   EXPECT_EQ(nothing.solution.cols(), 0);
 }
 
+// The second leg's second parameter follows the first leg's, once shared and once tied.
+TEST(Layout, TiesOfFactorOneDoWhatASharedColumnDoes) {
+  const Mechanism nominal = testing::paper_3rrr();
+  const Observations observations = full_poses(nominal, 20);
+  const symkin::Setup setup = symkin::Setup::of(nominal);
+  const UnknownList list(setup);
+  Layout shared = Layout::of_all_parameters(nominal, setup);
+  const auto first = static_cast<std::size_t>(list.leg(0) + 1);
+  const auto second = static_cast<std::size_t>(list.leg(1) + 1);
+  const Index left_out = shared.column[second];
+  for (Index& column : shared.column) {
+    column -= column > left_out ? 1 : 0;
+  }
+  shared.prior.conservativeResize(shared.columns() - 1);
+  Layout tied = shared;
+  shared.column[second] = shared.column[first];
+  tied.column[second] = -1;
+  tied.ties = {{static_cast<Index>(second), tied.column[first], 1}};
+  JointOptions options;
+  options.start = observations.poses.values;
+  const JointFit one = fit_jointly(nominal, setup, observations, shared, options);
+  const JointFit other = fit_jointly(nominal, setup, observations, tied, options);
+  ASSERT_TRUE(one.converged && other.converged) << one.failure << other.failure;
+  const Vector deviations = one.covariance.diagonal().cwiseSqrt();
+  EXPECT_LT((one.change - other.change).cwiseQuotient(deviations).norm(), 1e-6);
+  EXPECT_LT((one.covariance - other.covariance).norm(), 1e-6 * one.covariance.norm());
+
+  tied.ties[0].factor = -2;  // moves the other way, twice as far
+  const JointFit twice = fit_jointly(nominal, setup, observations, tied, options);
+  ASSERT_TRUE(twice.converged) << twice.failure;
+  const RowMatrix moved = twice.setup.parameters - setup.parameters;
+  EXPECT_NEAR(moved(1, 1), -2 * moved(0, 1), 1e-15);
+  tied.ties[0].column = tied.columns();
+  EXPECT_THROW(fit_jointly(nominal, setup, observations, tied, options), InvalidInput);
+}
+
 TEST(Layout, RefusesScalarsThatTheMechanismDoesNotHave) {
   const Mechanism nominal = testing::paper_3rrr();
   const symkin::Setup setup = symkin::Setup::of(nominal);
