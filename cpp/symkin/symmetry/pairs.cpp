@@ -134,6 +134,7 @@ std::vector<FoundPair> closed(std::vector<FoundPair> pairs, double size) {
     }
   }
   std::vector<FoundPair> result;
+  result.reserve(group.size());
   for (const std::size_t member : group) {
     result.push_back(pairs[member]);
   }

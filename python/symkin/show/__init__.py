@@ -21,6 +21,7 @@ from symkin.data.measurements import Measurements
 from symkin.estimate.cross_validation import CrossValidation
 from symkin.estimate.estimate import Estimate
 from symkin.estimate.fleet import Fleet
+from symkin.estimate.robot_symmetry import RobotSymmetry
 from symkin.model.mechanism import Mechanism
 from symkin.model.symmetry.comparison import SymmetryComparison
 from symkin.model.symmetry.groups import DetectedSymmetry
@@ -35,7 +36,6 @@ from symkin.show.check import (
     comparison_page,
     conditions_page,
     detection_page,
-    pairs_page,
 )
 from symkin.show.estimate import estimate_page, estimate_summary
 from symkin.show.evaluation import cross_validation_page, evaluation_page
@@ -45,6 +45,7 @@ from symkin.show.observability import observability_page
 from symkin.show.plan import needed_poses_page, plan_page, pose_count_page
 from symkin.show.run import fleet_page, run_page, run_summary
 from symkin.show.study import cost_page, study_page, study_summary
+from symkin.show.symmetry import pairs_page, robot_symmetry_page
 from symkin.show.workspace import sample_page, workspace_page
 from symkin.study.cost import CostResult
 from symkin.study.result import StudyResult
@@ -56,7 +57,6 @@ PAGES: dict[type, Callable[[Any], present.Page]] = {
     CostResult: cost_page,
     CrossValidation: cross_validation_page,
     DetectedSymmetry: detection_page,
-    SymmetryPairs: pairs_page,
     Estimate: estimate_page,
     Evaluation: evaluation_page,
     Fleet: fleet_page,
@@ -66,9 +66,11 @@ PAGES: dict[type, Callable[[Any], present.Page]] = {
     Plan: plan_page,
     PoseCountCurve: pose_count_page,
     ProtocolResult: run_page,
+    RobotSymmetry: robot_symmetry_page,
     Simulation: simulation_page,
     StudyResult: study_page,
     SymmetryComparison: comparison_page,
+    SymmetryPairs: pairs_page,
     WorkspaceSample: sample_page,
     WorkspaceStudy: workspace_page,
 }

@@ -25,6 +25,7 @@ from symkin.model.symmetry.groups import carrier_words
 from symkin.present import Group, Headline, Page, Section, Table
 from symkin.show.mechanism import held_parameters, legs_table, mechanism_section
 from symkin.show.observability import observability_section, singular_values_table
+from symkin.show.symmetry import pairs_table
 from symkin.show.wording import (
     NONE,
     count,
@@ -254,42 +255,6 @@ def _carriers_table(mechanism: Mechanism) -> Table:
     ]
     caption = "Where the legs and their poses come from (Eqs. 7, 21)"
     return Table(caption, ("Leg", "Image of", "Element", "Which is"), [Group(rows)], wordy=True)
-
-
-def pairs_table(pairs: SymmetryPairs) -> Table:
-    """Show every symmetry: what it does, and what it keeps."""
-    rows = [
-        (
-            each.label,
-            each.words,
-            " ".join(str(leg + 1) for leg in each.permutation),
-            _yes(each.keeps_modes),
-            _yes(each.fixes_home),
-            _yes(each.permutes_readings),
-        )
-        for each in pairs.elements
-    ]
-    columns = ("Element", "Of the base", "Legs go to", "Keeps modes", "Keeps home", "Sensors agree")
-    return Table("All symmetries", columns, [Group(rows)], wordy=True)
-
-
-def pairs_page(pairs: SymmetryPairs) -> Page:
-    """Say which symmetries there are, and which of them carry poses."""
-    kept, home = len(pairs.keep_modes), len(pairs.keep_modes_and_home)
-    return Page(
-        title="Symmetries of the mechanism",
-        headlines=[
-            ("In all", str(len(pairs.pairs)), pairs.name(pairs.pairs)),
-            ("Keep the working modes", str(kept), pairs.name(pairs.keep_modes)),
-            ("Keep home too, G_M", str(home), pairs.name(pairs.keep_modes_and_home)),
-        ],
-        notes=list(pairs.sentences[1:]),
-        sections=[Section("pairs", "Symmetries", (), [pairs_table(pairs)])],
-    )
-
-
-def _yes(holds: bool) -> str:
-    return "yes" if holds else "no"
 
 
 def _groups_table(groups: Sequence[NamedGroup]) -> Table:

@@ -31,6 +31,7 @@ from symkin.show.images import plotted
 from symkin.show.mechanism import mechanism_section
 from symkin.show.observability import observability_section
 from symkin.show.observations import observation_section, rms
+from symkin.show.symmetry import robot_symmetry_section
 from symkin.show.wording import (
     NONE,
     became,
@@ -78,6 +79,7 @@ def estimate_page(found: Estimate) -> Page:
             found.nominal, sets or [poses[own] for own in read.T], symmetric=False
         ),
         symmetry_section(found.nominal),
+        robot_symmetry_section(found),
         mechanism_section(found.nominal, poses[known]),
     ]
     return dataclasses.replace(estimate_summary(found), sections=sections)
