@@ -154,6 +154,15 @@ def robot_symmetry(found: Found[Mechanism]) -> RobotSymmetry:
         If the drawing has no symmetry that keeps working modes and home, or legs that bind the
         platform; or if the estimate rests on priors, or not all parameters were estimated.
     """
+    try:
+        return _judged(found)
+    except np.linalg.LinAlgError as error:
+        raise SymkinError(
+            f"the errors are not known well enough to be compared ({error})"
+        ) from error
+
+
+def _judged(found: Found[Mechanism]) -> RobotSymmetry:
     nominal = found.nominal
     pairs = symmetry_pairs(nominal)
     elements = pairs.keep_modes_and_home
@@ -189,6 +198,8 @@ def _require(found: Found[Mechanism], symmetries: int) -> None:
             "the estimate rests on priors, which pull it to the drawing's symmetry: identify "
             "without them to test it"
         )
+    if not found.converged or found.unseen:
+        raise SymkinError("the measurements do not show every parameter of the legs")
     if int(deviations.sum()) != wanted or found.options.shared:
         raise SymkinError("not every parameter was estimated by itself: the test needs them all")
 
@@ -271,11 +282,13 @@ class _Legs:
 
 
 def _explained(rows: Array, change: Array) -> tuple[Array, float]:
-    """Errors that change readings so, and what of the change they leave."""
+    """Errors that change readings so, and what of the change they leave; out of reach aside."""
+    reached = np.isfinite(rows).all(axis=1) & np.isfinite(change).all(axis=1)
+    rows, change = rows[reached], change[reached]
     scale = np.linalg.norm(rows, axis=0)
     scale[scale == 0] = 1
     found = np.linalg.lstsq(rows / scale, change, rcond=1e-9)[0] / scale[:, None]
-    size = np.abs(change).max()
+    size = np.abs(change).max(initial=0)
     return found, float(np.abs(rows @ found - change).max() / size) if size > 0 else 0.0
 
 
