@@ -14,6 +14,7 @@ import matplotlib as mpl
 import symkin
 from symkin import plot
 from symkin.present import Table
+from symkin.show.units import in_units
 from symkin_paper import figures
 from symkin_paper.page import FIG_9_CELLS, HEADLINE_CELLS, paper_page
 
@@ -52,7 +53,8 @@ def write_tables(page, claims):
     )
 
 
-if __name__ == "__main__":
+@in_units("mm,mrad")  # the paper's
+def main():
     mpl.rcParams["svg.hashsalt"] = "symkin"
     study = symkin.run_study("paper", sys.argv[1])
     found = study.findings
@@ -66,3 +68,7 @@ if __name__ == "__main__":
     headline = {name: cells[cell] for name, cell in HEADLINE_CELLS.items()}
     write(plot.protocol_errors(headline, before=False), "protocols")
     write_tables(paper_page(study, found), found.claims)
+
+
+if __name__ == "__main__":
+    main()

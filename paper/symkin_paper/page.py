@@ -10,6 +10,7 @@ from symkin.analysis.workspace import least_reach_margin
 from symkin.model.poses import pose_rows
 from symkin.present import Group, Image, Page, Section, Table
 from symkin.show.images import plotted
+from symkin.show.units import in_units
 from symkin.show.wording import (
     NONE,
     decimals_of,
@@ -82,6 +83,7 @@ _FURTHER = {
 }
 
 
+@in_units("mm,mrad")  # the paper's
 def paper_page(study: StudyResult, findings: PaperFindings | None = None) -> Page:
     """Tell what became of the paper's figures and claims.
 

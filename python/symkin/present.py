@@ -42,6 +42,43 @@ def asked_by(who: Asker) -> Iterator[None]:
 
 
 @dataclass(frozen=True)
+class ErrorLine:
+    """Errors of the end effector in one line: what a robot was, is, and is said to keep.
+
+    Root mean squares in m or rad, each None where it is not known.
+
+    Attributes
+    ----------
+    kind, unit : str
+        ``"position"`` in ``"m"``, or ``"orientation"`` in ``"rad"``.
+    before, after : float or None
+        Of the robot itself.
+    expected : float or None
+        What such robots have afterwards on average,
+    bound, confidence : float or None, float
+        and what so large a share of them is within.
+    measured : (float, float) or None
+        Before and after as the instrument has them, frames aligned,
+    instrument : float or None
+        and what the instrument contributes to that.
+    aligned, largest : float or None
+        After the best alignment of the frames; and the largest.
+    """
+
+    kind: str
+    unit: str
+    before: float | None = None
+    after: float | None = None
+    expected: float | None = None
+    bound: float | None = None
+    confidence: float = 0.95
+    measured: tuple[float, float] | None = None
+    instrument: float | None = None
+    aligned: float | None = None
+    largest: float | None = None
+
+
+@dataclass(frozen=True)
 class Group:
     """Rows of a table that belong together; the first cell of each is its heading."""
 
@@ -125,8 +162,10 @@ class Page:
     ----------
     title, subtitle : str
         Of the page.
+    errors : sequence of ErrorLine
+        Of the end effector, a line each of position and orientation.
     headlines : sequence of (label, value, remark)
-        The few numbers that matter.
+        The other few numbers that matter.
     verdict : {"good", "doubtful", "bad", ""}
         For the looks; `judgement` says it in words.
     judgement : str
@@ -150,6 +189,7 @@ class Page:
 
     title: str
     subtitle: str = ""
+    errors: Sequence[ErrorLine] = ()
     headlines: Sequence[Headline] = ()
     verdict: Verdict = ""
     judgement: str = ""

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -34,7 +34,7 @@ class Result(Value):
         """Return the top of its page, without what takes longer to calculate."""
         return present.summary_of(self)
 
-    def text(self, *, whole: bool = False, folder: str = "") -> str:
+    def text(self, *, whole: bool = False, folder: str = "", files: Sequence[str] = ()) -> str:
         """Return what the command line prints of it.
 
         Parameters
@@ -43,8 +43,11 @@ class Result(Value):
             Whether to add all sections of the page, as ``--verbose`` does.
         folder : str
             Where its files are, for the command that it proposes.
+        files : sequence of str
+            What was written there, which takes lines of the screen.
         """
-        return present.page_text(self.page(), whole=whole, folder=folder)
+        page = dataclasses.replace(self.page(), files=files)
+        return present.page_text(page, whole=whole, folder=folder)
 
     def __repr__(self) -> str:
         """Return title, verdict and the few numbers that matter."""

@@ -18,6 +18,7 @@ from symkin.model.settings import ProtocolSettings
 from symkin.present import Table
 from symkin.results import Result
 from symkin.show.rendering import page_html
+from symkin.show.wording import bare
 
 
 @pytest.fixture(scope="module")
@@ -178,9 +179,12 @@ def test_text_and_html_say_the_same_numbers(told):
     page, text = told.page(), told.text()
     published = spoken(page_html(page))
     said = [value for _, value, _ in page.headlines]
+    for each in page.errors:
+        known = (each.before, each.expected, each.bound, *(each.measured or ()))
+        said += [bare(value, each.unit) for value in known if value is not None]
     for section in page.sections:
         for part in section.parts:
-            if isinstance(part, Table) and part.brief:
+            if isinstance(part, Table) and part.brief and not part.brief_rows:
                 said += [cell for group in part.groups for row in group.rows for cell in row]
     assert len(said) > 1
     for each in map(spoken, said):
@@ -202,8 +206,8 @@ def test_the_answer_stands_before_everything_else(results):
         "Rows that fit worst",
     ]
     text = results["Estimate"].text(whole=True)
-    assert text.index("nothing speaks against") < text.index("Position error, rms")
-    assert text.index("Position error, rms") < text.index("Identified parameters")
+    assert text.index("nothing speaks against") < text.index("End effector, rms")
+    assert text.index("End effector, rms") < text.index("Identified parameters")
     assert text.index("Next: ") > text.index("Identified parameters")
 
 

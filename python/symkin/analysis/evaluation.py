@@ -107,6 +107,9 @@ class Evaluation(Result):
     closures : ndarray, shape (N, legs), or None
         How far each leg is from closing at all measurements, m (spherical: rad); NaN where it was
         not read. None for a robot that was not measured.
+    instrument : mapping of str to float, or None
+        What the declared noise of the poses contributes to the root mean squares of ``"position"``
+        and ``"orientation"``, m and rad; None where none is declared, or nothing was measured.
     notes : tuple of str
         What to know of the table that was measured, such as columns that nothing was read from.
     """
@@ -126,6 +129,7 @@ class Evaluation(Result):
     unread: int = field(private=True, default=0)
     partial: int = field(private=True, default=0)
     closures: Array | None = field(private=True, default=None)
+    instrument: Mapping[str, float] | None = field(private=True, default=None)
     notes: tuple[str, ...] = field(compare=False, default=())
 
     @classmethod
@@ -347,6 +351,7 @@ def evaluate(
         unread=whole.size - partial - len(rows),
         partial=partial,
         closures=closures_of(model, measurements),
+        instrument=_instrument(model),
         notes=measurements.notes,
     )
 
@@ -363,6 +368,14 @@ def at_arm(differences: Array, poses: Array, arm: Array, space: PoseSpace) -> tu
     steps[:, :3] += (turned - wanted.rotation) @ arm
     there = wanted @ Transform(np.eye(3), arm)
     return steps[:, space.components], poses_of(space.name, there)
+
+
+def _instrument(model: Mechanism) -> dict[str, float] | None:
+    """What the declared noise of measured poses contributes."""
+    space, noise = model.space, model.noise
+    counts = {"position": space.size, "orientation": len(space.rotation)}
+    shares = {kind: np.sqrt(counts[kind]) * getattr(noise, kind) for kind, _ in space.errors}
+    return {kind: float(share) for kind, share in shares.items() if share > 0} or None
 
 
 def pose_differences(model: Mechanism, measurements: Measurements) -> Array:

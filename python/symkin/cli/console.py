@@ -18,7 +18,7 @@ import typer
 from symkin.errors import FailedFitError, SymkinError, printable
 from symkin.options import OPTIONS
 from symkin.results import Result
-from symkin.show.rendering import filled
+from symkin.show.rendering import files_text
 from symkin.storage.results_file import results_text, write_results
 
 _NOT_CONVERGED, _BAD_INPUT, _INTERRUPTED, _BROKEN_PIPE = 1, 2, 130, 141
@@ -43,6 +43,7 @@ class Telling:
         True
     )
     as_json: JsonOption = False
+    units: Annotated[str, typer.Option("--units", metavar="UNITS", help=OPTIONS["units"].help)] = ""
 
     def of_files(self, names: Sequence[str]) -> list[str]:
         """Of these files, those that are written."""
@@ -71,14 +72,11 @@ def print_result(
     if telling.as_json:
         print_json(result.to_dict() if document is None else document)
         return
-    say(result.text(whole=telling.verbose, folder=str(folder or "")))
+    written: Sequence[str] = () if folder is None else telling.of_files(files)
+    say(result.text(whole=telling.verbose, folder=str(folder or ""), files=written))
     if folder is None:
         return
-    *others, last = telling.of_files(files)
-    say()
-    if others:
-        say(filled(f"Beside it: {', '.join(others)}"))
-    say(folder / last)
+    say(f"\n{files_text(written, str(folder))}")
 
 
 def write_result(

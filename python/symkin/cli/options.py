@@ -43,6 +43,7 @@ from symkin.options import (
     Sensor,
 )
 from symkin.planning import Region
+from symkin.show.units import in_units
 from symkin.storage.quantities import evaluate_quantity, unit_factor
 
 Command = Callable[..., None]
@@ -74,7 +75,8 @@ def command(*examples: str) -> Callable[[Command], Command]:
             for name, options in groups.items():
                 kind = parameters[name].annotation
                 given[name] = kind(**{each: given.pop(each) for each in options})
-            function(**given)
+            with in_units(getattr(given.get("telling"), "units", "")):
+                function(**given)
 
         called.__signature__ = inspect.Signature(flat)  # type: ignore[attr-defined]
         called.__annotations__ = {each.name: each.annotation for each in flat}

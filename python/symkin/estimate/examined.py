@@ -329,6 +329,17 @@ class Examined(Found[M]):
             covariance = self.observed_covariance
         return survey.expected(poses, covariance, **asked)
 
+    @property
+    @once
+    def accuracy_at_poses(self) -> ExpectedAccuracy | None:
+        """The error to expect at the measured poses by what is uncertain, and nothing assumed.
+
+        None for curved sensors.
+        """
+        if self.mechanism.curvature is not None:
+            return None
+        return self.expected_accuracy(assumed=False)
+
     def predicting(self, unseen: Measurements) -> _core.JointFit:
         """Fit the latent poses of further observations alone, everything else as estimated.
 

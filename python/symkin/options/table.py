@@ -50,6 +50,9 @@ _ALL = (
            help="Replace output files that exist; never one that is read."),
     Option("report", bool, default=True,
            help="Draw the page, which takes about as long as all else."),
+    Option("units", str, default="", metavar="UNITS",
+           help="Tell lengths and angles in these units, such as mm,mrad or m,rad; by default mm "
+                "and degrees."),
     Option("ignore", list[str], metavar="COLUMN", seldom=_TABLES,
            help="A column of the measurements that is left out on purpose. May be given several "
                 "times."),

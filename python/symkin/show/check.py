@@ -26,12 +26,12 @@ from symkin.present import Group, Headline, Page, Section, Table
 from symkin.show.mechanism import held_parameters, legs_table, mechanism_section
 from symkin.show.observability import observability_section, singular_values_table
 from symkin.show.symmetry import pairs_table
+from symkin.show.units import on_paper
 from symkin.show.wording import (
     NONE,
     count,
-    on_paper,
+    milli,
     plural,
-    quantity,
     setting,
     significant,
     sources,
@@ -39,8 +39,8 @@ from symkin.show.wording import (
 from symkin.show.workspace import elements_table, sampling_table
 
 _DESIGNS = {
-    "orbits": "each pose, with its images under the symmetry, serves all legs",
-    "mechanism": "poses are chosen for all legs at once, and serve all",
+    "orbits": "a pose and its images serve all legs",
+    "mechanism": "poses are chosen for all legs at once",
     "legs": "poses are chosen for each leg",
 }
 _TITLES = {
@@ -107,7 +107,7 @@ def _headlines(result: CheckResult) -> list[Headline]:
     shown = f"{ranks[worst]} of {counts[worst]}"
     if ranks[worst] == counts[worst]:
         shown = "all " + " or ".join(map(str, sorted(set(counts))))
-    more = "by default; symkin pose-count tells what more are worth"
+    more = "by default; symkin pose-count"
     headlines = [
         ("Parameters that poses show", shown, "of every leg"),
         ("Poses", f"at least {result.least_poses}", f"{mechanism.protocol.pose_count} {more}"),
@@ -283,9 +283,9 @@ def _differences(
     rows = [
         (
             f"leg {found.leg + 1}, {found.parameter}",
-            quantity(found.deviation, found.unit).strip(),
+            milli(found.deviation, found.unit),
             significant(found.in_tolerances),
-            quantity(found.standard_deviation, found.unit, 2).strip(),
+            milli(found.standard_deviation, found.unit),
         )
         for found in comparison.deviations + comparison.sensor_deviations
     ]

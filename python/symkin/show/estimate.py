@@ -16,11 +16,10 @@ from symkin.estimate.parameters import Unknown
 from symkin.estimate.problem import KINDS
 from symkin.files.mechanism_file import typed_name
 from symkin.model.mechanism import Mechanism
-from symkin.present import Group, Headline, Image, Page, Section, Table, Verdict
+from symkin.present import ErrorLine, Group, Headline, Image, Page, Section, Table, Verdict
 from symkin.show.check import symmetry_section
 from symkin.show.evaluation import (
     ALIGNED,
-    before_and_after,
     error_figures,
     error_table,
     heights_headlines,
@@ -32,6 +31,7 @@ from symkin.show.mechanism import mechanism_section
 from symkin.show.observability import observability_section
 from symkin.show.observations import observation_section, rms
 from symkin.show.symmetry import robot_symmetry_section
+from symkin.show.units import on_paper
 from symkin.show.wording import (
     NONE,
     became,
@@ -40,7 +40,6 @@ from symkin.show.wording import (
     fixed,
     left_by_priors,
     milli,
-    on_paper,
     percent,
     plural,
     promise,
@@ -50,7 +49,7 @@ from symkin.show.wording import (
     sources,
 )
 
-__all__ = ["estimate_page", "estimate_summary", "judgement", "parameter_section"]
+__all__ = ["estimate_page", "estimate_summary", "instrument_of", "judgement", "parameter_section"]
 
 _INTERVAL = 1.96  # standard deviations: holds 95% of normal errors
 _INFLUENTIAL = 8
@@ -93,6 +92,7 @@ def estimate_summary(found: Estimate) -> Page:
     return Page(
         title=f"{found.nominal.name}: identification from measurements",
         subtitle=chain_subtitle(found.nominal),
+        errors=_errors(found),
         headlines=list(_headlines(found)),
         verdict=verdict,
         judgement=words,
@@ -174,8 +174,14 @@ def _next_command(found: Estimate) -> str:
 def _headlines(found: Estimate) -> Iterator[Headline]:
     if found.heights is not None:
         yield from heights_headlines(found.heights)
-    else:
-        yield from list(_robot_headlines(found)) or _error_headlines(found)
+    if math.isfinite(found.residual_rms) and not found.trustworthy:
+        unit = found.nominal.space.closure_unit
+        remark = ratio(found.nominal_residual_rms, found.residual_rms)
+        if found.cross_validation is not None:
+            unseen = milli(found.cross_validation.residual_rms, unit)
+            remark += f"; {unseen} in cross-validation"
+        value = became(found.nominal_residual_rms, found.residual_rms, unit)
+        yield "Closure of the legs, rms", value, remark
     if found.degrees_of_freedom > 0:
         low, high = (each / found.degrees_of_freedom for each in (found.least, found.limit))
         remark = f"{significant(low)} to {significant(high)} for sound robots"
@@ -184,51 +190,44 @@ def _headlines(found: Estimate) -> Iterator[Headline]:
         yield "Chi-square per degree", significant(found.chi_square_ratio), remark
 
 
-def _robot_headlines(found: Estimate) -> Iterator[Headline]:
+def _errors(found: Estimate) -> list[ErrorLine]:
     """The robot as drawn and as calibrated, and beside it what was measured of it.
 
-    Nothing where something speaks against the estimate, or no end-effector error was measured.
+    What was measured alone, where something speaks against the estimate; nothing where no
+    end-effector error was measured.
     """
     before, after, expected = found.before, found.after, found.expected
-    if not found.trustworthy or expected is None or before is None or after is None:
-        return
-    at_poses = found.expected_accuracy(assumed=False)
-    share = percent(expected.confidence)
-    aligned = before.aligned is not None and after.aligned is not None
-    how = "frames aligned; " if aligned else ""
+    if found.heights is not None or before is None or after is None:
+        return []
+    old, new = (each.aligned or each for each in (before, after))
+    if before.aligned is None or after.aligned is None:
+        old, new = before, after
+    lines = []
     for kind, unit in found.nominal.space.errors:
-        old, new = (
-            getattr(each.aligned if aligned else each, f"{kind}_rms") for each in (before, after)
-        )
-        # The fit takes to itself of the noise what it then errs by elsewhere.
-        instrument = math.hypot(new, getattr(at_poses, kind))
-        robot = math.sqrt(max(old**2 - instrument**2, 0.0))
-        bound = milli(getattr(expected, f"{kind}_bound"), unit)
-        value = became(robot, getattr(expected, kind), unit)
-        yield f"{kind.capitalize()} error, rms", value, f"{bound} in {share} of robots"
-        alone = milli(instrument, unit)
-        yield "  as measured", became(old, new, unit), f"{how}the instrument alone: {alone}"
+        measured = getattr(old, f"{kind}_rms"), getattr(new, f"{kind}_rms")
+        line = ErrorLine(kind, unit, measured=measured)
+        if found.trustworthy and expected is not None:
+            instrument = instrument_of(found, kind)
+            line = dataclasses.replace(
+                line,
+                before=math.sqrt(max(measured[0] ** 2 - instrument**2, 0.0)),
+                expected=getattr(expected, kind),
+                bound=getattr(expected, f"{kind}_bound"),
+                confidence=expected.confidence,
+                instrument=instrument,
+            )
+        lines.append(line)
+    return lines
 
 
-def _error_headlines(found: Estimate) -> Iterator[Headline]:
-    """Errors of aligned frames, and beside them those as they are; and the closures."""
-    before, after, validation = found.before, found.after, found.cross_validation
-    if before is not None and after is not None:
-        raw = before_and_after(before, after, after)
-        if before.aligned is None or after.aligned is None:
-            yield from raw
-        else:
-            aligned = before_and_after(before.aligned, after.aligned, after)
-            for (label, value, remark), (_, as_it_is, _) in zip(aligned, raw, strict=True):
-                remark = f"{remark}; {as_it_is} without alignment"
-                yield f"{label}, frames aligned", value, remark
-    if math.isfinite(found.residual_rms):
-        unit = found.nominal.space.closure_unit
-        remark = ratio(found.nominal_residual_rms, found.residual_rms)
-        if validation is not None:
-            remark += f"; {milli(validation.residual_rms, unit)} in cross-validation"
-        value = became(found.nominal_residual_rms, found.residual_rms, unit)
-        yield "Closure of the legs, rms", value, remark
+def instrument_of(found: Estimate, kind: str) -> float:
+    """What the instrument contributes to an error that it measured after identification, m or rad.
+
+    The fit takes to itself of the noise what it then errs by elsewhere.
+    """
+    after, at_poses = found.after, found.accuracy_at_poses
+    left = math.nan if after is None else getattr(after.aligned or after, f"{kind}_rms")
+    return math.hypot(left, math.nan if at_poses is None else getattr(at_poses, kind))
 
 
 def _done(found: Estimate) -> str:

@@ -12,7 +12,7 @@ from symkin.analysis.evaluation import AlignedErrors, Evaluation
 from symkin.analysis.promises import ExpectedAccuracy
 from symkin.estimate.cross_validation import CrossValidation
 from symkin.estimate.precision import Heights, in_words
-from symkin.present import Group, Headline, Image, Page, Section, Table
+from symkin.present import ErrorLine, Group, Headline, Image, Page, Section, Table, Verdict
 from symkin.show.images import plotted
 from symkin.show.wording import NONE, became, count, milli, plural, ratio, significant
 
@@ -22,6 +22,7 @@ ALIGNED = (
     "best alignment of both, fitted to these poses."
 )
 _WORST = 5
+_NOISY = 1.2  # times the noise, which parameters that are known well add next to nothing to
 
 
 def evaluation_page(evaluation: Evaluation) -> Page:
@@ -30,16 +31,9 @@ def evaluation_page(evaluation: Evaluation) -> Page:
     parts = [error_table({"Error": evaluation}), *_closure_table(evaluation), _worst(evaluation)]
     return Page(
         title=f"{name} over {plural(evaluation.evaluated, 'pose')}",
-        headlines=[
-            (
-                f"{kind.capitalize()} error{how}",
-                milli(getattr(of, f"{kind}_rms"), unit),
-                f"rms; at most {milli(getattr(of, f'{kind}_max'), unit)}",
-            )
-            for how, of in ((", frames aligned", evaluation.aligned), ("", evaluation))
-            if of is not None
-            for kind, unit in evaluation.space.errors
-        ],
+        verdict=_verdict(evaluation),
+        judgement=_judgement(evaluation),
+        errors=_errors(evaluation),
         notes=[
             f"left out, since {why}: {plural(number, 'pose')}"
             for number, why in (
@@ -53,6 +47,51 @@ def evaluation_page(evaluation: Evaluation) -> Page:
         next_step=_next_step(evaluation),
         sections=[Section("accuracy", "End-effector error", [ALIGNED], parts)],
     )
+
+
+def _errors(evaluation: Evaluation) -> list[ErrorLine]:
+    """The errors, and beside those that were measured what the instrument contributes."""
+    aligned, noise = evaluation.aligned, evaluation.instrument or {}
+    return [
+        ErrorLine(
+            kind,
+            unit,
+            after=getattr(evaluation, f"{kind}_rms"),
+            aligned=None if aligned is None else getattr(aligned, f"{kind}_rms"),
+            largest=getattr(evaluation, f"{kind}_max"),
+            instrument=noise.get(kind),
+        )
+        for kind, unit in evaluation.space.errors
+    ]
+
+
+def _judgement(evaluation: Evaluation) -> str:
+    """What the errors are made of, as far as that can be told."""
+    if _is_of_frames(evaluation):
+        return "Most of the error is a constant motion of base or tool frame"
+    if not evaluation.instrument:
+        return ""
+    larger = [
+        kind
+        for kind, noise in evaluation.instrument.items()
+        if getattr(evaluation, f"{kind}_rms") > _NOISY * noise
+    ]
+    if larger:
+        return f"The {' and the '.join(larger)} error is more than the declared noise explains"
+    return "The errors are no larger than the declared noise of the instrument explains"
+
+
+def _verdict(evaluation: Evaluation) -> Verdict:
+    if not evaluation.instrument:
+        return ""
+    return "good" if "no larger" in _judgement(evaluation) else "doubtful"
+
+
+def _is_of_frames(evaluation: Evaluation) -> bool:
+    """Whether most of the error is gone once the frames are aligned."""
+    name = f"{evaluation.space.errors[0][0]}_rms"
+    aligned = evaluation.aligned
+    return aligned is not None and getattr(aligned, name) < getattr(evaluation, name) / 2
 
 
 def cross_validation_page(validation: CrossValidation) -> Page:
@@ -146,24 +185,6 @@ def _error_rows(
     return rows
 
 
-def before_and_after(
-    before: Evaluation | AlignedErrors,
-    after: Evaluation | AlignedErrors,
-    kind_of: Evaluation,
-    expected: ExpectedAccuracy | None = None,
-) -> list[Headline]:
-    """Errors before and after, with what was to be expected where that can be compared."""
-    figures = []
-    for kind, unit in kind_of.space.errors:
-        old, new = (getattr(each, f"{kind}_rms") for each in (before, after))
-        remark = ratio(old, new)
-        if expected is not None:
-            remark += f"; {milli(getattr(expected, kind), unit)} expected"
-        value = became(old, new, unit)
-        figures.append((f"{kind.capitalize()} error, rms", value, remark))
-    return figures
-
-
 def errors_in_words(kind_of: Evaluation, errors: Evaluation | AlignedErrors) -> str:
     """Root mean squares of position and orientation, of those that the platform has."""
     return " and ".join(
@@ -234,25 +255,18 @@ def _worst(evaluation: Evaluation) -> Table:
 
 
 def _next_step(evaluation: Evaluation) -> str:
-    name = f"{evaluation.space.errors[0][0]}_rms"
-    if evaluation.aligned is not None and (
-        getattr(evaluation.aligned, name) < getattr(evaluation, name) / 2
-    ):
-        return (
-            "most of the error is a constant motion of base or tool frame: measure these frames "
-            "before you blame the legs."
-        )
-    return ""
+    return (
+        "measure base and tool frame before you blame the legs" if _is_of_frames(evaluation) else ""
+    )
 
 
 def heights_headlines(heights: Heights) -> Iterator[Headline]:
     """Heights before and after, and the size of what is printed."""
-    remark = f"{ratio(heights.before, heights.fitted)}; each point predicted by the others: "
-    remark += milli(heights.after, "m") if math.isfinite(heights.after) else "too few to say"
+    unseen = milli(heights.after, "m") if math.isfinite(heights.after) else "too few to say"
+    remark = f"of a point from the others: {unseen}"
     yield "Height, rms", became(heights.before, heights.fitted, "m"), remark
-    remark = "standard deviation of 100 mm in the plane, by the tolerances and as identified"
     sizes = became(0.1 * heights.size_before, 0.1 * heights.size_after, "m")
-    yield "Size of what is printed, of 100 mm", sizes, remark
+    yield "100 mm printed, off by", sizes, "standard deviation"
 
 
 def heights_section(heights: Heights | None) -> list[Section]:
@@ -266,10 +280,10 @@ def heights_section(heights: Heights | None) -> list[Section]:
         *heights.notes,
     ]
     rows = [
-        (each.plainly, each.parameter, _with_share(each.common), _with_share(each.between))
+        (each.plainly, _with_share(each.common), _with_share(each.between), each.parameter)
         for each in heights.shown
     ]
-    columns = ("", "Parameter", "All legs alike", "Between the legs")
+    columns = ("", "All legs alike", "Between the legs", "Parameter")
     caption = "What the heights show (in brackets: left of the tolerance)"
     table = Table(caption, columns, [Group(rows)], wordy=True, brief=True)
     return [Section("heights", "Heights and the size of prints", paragraphs, [table])]

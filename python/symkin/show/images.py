@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextvars import copy_context
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -17,5 +18,11 @@ __all__ = ["plotted"]
 def plotted(
     name: str, *arguments: Any, module: str = "symkin.show.figures", **options: Any
 ) -> Callable[[], FigureBase | Axes]:
-    """Return what draws a figure of a module that imports matplotlib, which takes a while."""
-    return lambda: getattr(import_module(module), name)(*arguments, **options)
+    """Return what draws a figure of a module that imports matplotlib, which takes a while.
+
+    It is drawn in the units in which its page is told.
+    """
+    told = copy_context()
+    return lambda: told.copy().run(
+        lambda: getattr(import_module(module), name)(*arguments, **options)
+    )

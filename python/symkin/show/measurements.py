@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 from symkin.analysis.alignment import Alignment
 from symkin.data.measurements import Measurements
 from symkin.files.mechanism_file import typed_name
-from symkin.model.mechanism import Mechanism
 from symkin.model.poses import POSE_SPACES
 from symkin.planning.accuracy import set_name
 from symkin.planning.simulation import Simulation
 from symkin.present import Group, Image, Page, Section, Table
 from symkin.show.images import plotted
+from symkin.show.units import on_paper
 from symkin.show.wording import NONE, count, decimals_of, fixed, milli, plural, significant
 
 _NAMES = ("x", "y", "z", "rx", "ry", "rz")
@@ -59,18 +59,6 @@ def measurements_page(taken: Measurements) -> Page:
     )
 
 
-def measured_poses_section(mechanism: Mechanism, measurements: Measurements) -> Section:
-    """Show where the poses lie that were measured in full."""
-    whole, sets = _whole(measurements), []
-    if (measurements.leg_sets >= 0).any():
-        legs = range(len(mechanism.legs))
-        sets = [measurements.poses[(measurements.leg_sets == leg) & whole] for leg in legs]
-    poses = _poses_image(measurements, sets)
-    file = f" from {measurements.source_name}" if measurements.source else ""
-    paragraph = f"{plural(len(measurements.poses), 'measured pose')}{file}."
-    return Section("poses", "Measured poses", [paragraph], [poses] if whole.any() else [])
-
-
 def _whole(measurements: Measurements) -> NDArray[np.bool_]:
     return np.asarray(np.isfinite(measurements.poses).all(axis=1))
 
@@ -108,7 +96,7 @@ def alignment_page(found: Alignment) -> Page:
     if space.moves:
         headlines.append(("Position left", milli(found.position_rms, "m"), "root mean square"))
     if space.turns:
-        turned = f"{significant(np.degrees(found.orientation_rms))}\N{DEGREE SIGN}"
+        turned = milli(found.orientation_rms, "rad")
         headlines.append(("Orientation left", turned, "root mean square"))
     taken = f'measured poses taken "{found.convention}"'
     return Page(
@@ -139,14 +127,16 @@ def _frames_section(found: Alignment) -> Section:
         if not values:
             continue
         for name, value, deviation in zip(names, values, deviations.tolist(), strict=True):
-            unit = "m" if name in ("x", "y", "z") else "rad"
+            factor, unit = on_paper("m" if name in ("x", "y", "z") else "rad")
+            decimals = decimals_of(factor * deviation)
             rows.append(
-                [name, unit, fixed(value, decimals_of(deviation)), significant(deviation, 2)]
+                [name, unit, fixed(factor * value, decimals), significant(factor * deviation, 2)]
             )
         groups.append(Group(rows, title))
     if found.frames.points:
+        factor, unit = on_paper("m")
         rows = [
-            [f"point{number}.{axis}", "m", fixed(value, 5), NONE]
+            [f"point{number}.{axis}", unit, fixed(factor * value, decimals_of(factor * 1e-4)), NONE]
             for number, place in enumerate(found.frames.points, 1)
             for axis, value in zip(space.position, place, strict=True)
         ]
@@ -166,7 +156,7 @@ def _convention_section(found: Alignment) -> Section:
         (
             each.convention,
             *([milli(each.position_rms, "m")] if moves else []),
-            f"{significant(np.degrees(each.orientation_rms))}\N{DEGREE SIGN}",
+            milli(each.orientation_rms, "rad"),
         )
         for each in found.conventions
     ]

@@ -33,12 +33,13 @@ from symkin.model.symmetry import SymmetryGroup
 from symkin.present import Group, Image, Movable, Page, Section, Table
 from symkin.show.rendering import summary_html
 from symkin.show.skeleton import drawn_centres, joints_of, outline
+from symkin.show.units import on_paper
 from symkin.show.wording import (
     NONE,
+    given,
     has_lengths,
     leg_columns,
     milli,
-    on_paper,
     plural,
     pose_coordinates,
     quantity,
@@ -48,7 +49,8 @@ from symkin.show.wording import (
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_DIGITS = 7  # of a parameter, which has micrometres then
+_DIGITS = 7  # of a parameter, which has micrometres then,
+_FEW_DIGITS, _MANY_LEGS = 5, 4  # and of more legs, beside each other
 _PLATFORMS = {
     "planar": "moves in the plane and turns",
     "point": "a point that moves in the plane",
@@ -145,15 +147,14 @@ def _parameter_row(mechanism: Mechanism, index: int) -> list[str]:
     same = len({unit for unit, own in zip(units, has, strict=True) if own}) == 1
     unit = units[int(np.argmax(has))] if same else ""
     name = mechanism.parameter_names[index]
+    digits = _DIGITS if len(legs) <= _MANY_LEGS else _FEW_DIGITS
     shown = [on_paper(unit) for unit in units]
     values = mechanism.parameters[:, index] * [factor for factor, _ in shown]
     unit = on_paper(unit)[1]
     return [
         f"{name}, {unit}" if unit else name,
         *(
-            setting(float(values[leg]), "" if same else shown[leg][1], _DIGITS)
-            if has[leg]
-            else NONE
+            setting(float(values[leg]), "" if same else shown[leg][1], digits) if has[leg] else NONE
             for leg in legs
         ),
     ]
@@ -297,19 +298,18 @@ def _workspace(mechanism: Mechanism) -> list[Sequence[str]]:
 def _noise(mechanism: Mechanism) -> list[Sequence[str]]:
     noise = mechanism.noise
     rows: list[Sequence[str]] = [
-        (kind, setting(1e3 * getattr(noise, kind), f"m{unit}"))
-        for kind, unit in mechanism.space.errors
+        (kind, given(getattr(noise, kind), unit)) for kind, unit in mechanism.space.errors
     ]
-    reading = setting(noise.reading, mechanism.reading_unit) if noise.reading else "none"
+    reading = given(noise.reading, mechanism.reading_unit) if noise.reading else "none"
     return [*rows, ("sensor reading", reading)]
 
 
 def _tolerances(mechanism: Mechanism) -> list[Sequence[str]]:
     tolerances = mechanism.tolerances
-    lengths = [("lengths", setting(1e3 * tolerances.length, "mm"))]
+    lengths = [("lengths", given(tolerances.length, "m"))]
     return [
         *(lengths if has_lengths(mechanism) else []),
-        ("angles", setting(1e3 * tolerances.angle, "mrad")),
+        ("angles", given(tolerances.angle, "rad")),
         ("sensor gains", setting(100 * tolerances.gain, "%")),
     ]
 

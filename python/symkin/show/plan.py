@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -27,18 +28,18 @@ from symkin.present import Group, Headline, Image, Page, Section, Table
 from symkin.show.images import plotted
 from symkin.show.mechanism import mechanism_section
 from symkin.show.observability import observability_section
+from symkin.show.units import on_paper
 from symkin.show.wording import (
     count,
     fixed,
+    given,
     left_by_priors,
     milli,
-    on_paper,
     percent,
     plural,
     promise,
     quantity,
     quoted,
-    setting,
     significant,
 )
 from symkin.show.workspace import workspace_section
@@ -238,15 +239,20 @@ def _sheet_section(plan: Plan) -> Section:
     angles, turned = poses[:, space.size :], space.orientation
     if space.has_quaternion:
         angles, turned = vectors_from_quaternions(angles), ("rx", "ry", "rz")
-    factor, unit = on_paper(mechanism.reading_unit)
-    figures = np.hstack([1e3 * poses[:, : space.size], np.degrees(angles), factor * readings])
-    columns = ["Done", *(f"{name}, mm" for name in space.position)]
-    columns += [f"{name}, \N{DEGREE SIGN}" for name in turned]
-    columns += [f"Reading {leg}, {unit}" for leg in range(1, readings.shape[1] + 1)]
+    names = [*((name, "m") for name in space.position), *((name, "rad") for name in turned)]
+    legs = range(1, readings.shape[1] + 1)
+    names += [(f"Reading {leg}", mechanism.reading_unit) for leg in legs]
+    columns, factors, digits = ["Done"], [], []
+    for name, unit in names:
+        factor, shown = on_paper(unit)
+        columns.append(f"{name}, {shown}")
+        factors.append(factor)
+        digits.append(_decimals(unit, factor))
+    figures = np.hstack([poses[:, : space.size], angles, readings]) * factors
     groups = []
     for title, chosen in (("", ~plan.spare), ("Spares, in place of those not reached", plan.spare)):
         told = [
-            [f"\N{WHITE SQUARE} {row + 1}", *(fixed(value, 2) for value in figures[row])]
+            [f"\N{WHITE SQUARE} {row + 1}", *map(fixed, figures[row].tolist(), digits)]
             for row in np.flatnonzero(chosen).tolist()
         ]
         groups += [Group(told, title)] * bool(told)
@@ -260,13 +266,19 @@ def _sheet_section(plan: Plan) -> Section:
     return Section("sheet", "Lab sheet", [paragraph], [table])
 
 
+def _decimals(unit: str, factor: float) -> int:
+    """Digits after the point that a person sets: to 0.01 mm and 0.001 degrees."""
+    least = {"m": 1e-5, "rad": 1e-4}.get(unit, 1e-4)
+    return max(0, math.ceil(-math.log10(least * factor)))
+
+
 def _selections(basis: PlanBasis) -> Table:
     """What was chosen for which legs, and how far it can be from the best."""
     rows = []
     for choice in basis.choices:
         value, found = choice.selection.criterion_value, choice.selection.certificate
         as_length = basis.criterion == "expected_error"
-        said = quantity(1e3 * value**0.5, "mm") if as_length else significant(value, 4)
+        said = milli(value**0.5, "m") if as_length else significant(value, 4)
         shares = (found.efficiency, found.o1_efficiency, found.efficiency_repeats)
         shown = [f"{100 * share:.2f}{_PERCENT}" for share in shares]
         proven = "yes" if found.proven_optimal else "no"
@@ -353,8 +365,8 @@ def needed_poses_page(needed: NeededPoses) -> Page:
     curve, expected = needed.curve, needed.expected
     mechanism, reached = curve.mechanism, needed.count is not None
     wanted = " and ".join(
-        setting(1e3 * value, unit)
-        for value, unit in ((needed.position, "mm"), (needed.orientation, "mrad"))
+        given(value, unit)
+        for value, unit in ((needed.position, "m"), (needed.orientation, "rad"))
         if value is not None
     )
     poses = f"{plural(needed.tried, 'pose')} a leg, {needed.measured} in all"
@@ -411,7 +423,7 @@ def _remedies(needed: NeededPoses) -> Table:
         for remedy in needed.remedies
     ]
     share = percent(needed.curve.confidence)
-    columns = ["Change", *(f"{kind.capitalize()} error, {share}" for kind, _ in kinds)]
+    columns = ["Change", *(f"{kind.capitalize()}, {share}" for kind, _ in kinds)]
     caption = "What else would help, at the same poses"
     return Table(caption, [*columns, "Enough"], [Group(rows)], brief=True)
 

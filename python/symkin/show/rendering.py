@@ -21,8 +21,9 @@ from typing import TYPE_CHECKING, cast
 
 from markupsafe import Markup, escape
 
-from symkin.present import Headline, Image, Movable, Page, Table
+from symkin.present import ErrorLine, Group, Headline, Image, Movable, Page, Table
 from symkin.show.theme import THEME, point_names
+from symkin.show.wording import bare, milli, percent, plural, small
 from symkin.storage.output_files import OutputFiles
 from symkin.version import version
 
@@ -31,6 +32,9 @@ if TYPE_CHECKING:
 
 _PIPE_WIDTH = 80
 _LEAST_REMARK = 24  # characters
+_SCREEN = 25  # lines of a first screen
+_SHORT = 30  # characters of a caption that heads a column
+_LEAST_ROWS = 3  # of a table that is cut
 _TYPED = str.maketrans({"\N{NO-BREAK SPACE}": " ", "\N{MINUS SIGN}": "-", "\N{EN DASH}": "-"})
 
 
@@ -38,38 +42,134 @@ def summary_text(page: Page) -> str:
     """Return title, verdict and the few numbers that matter, a line each."""
     lines = [page.title]
     lines += [page.judgement] if page.judgement else []
-    lines += [f"  {label}: {value}" for label, value, _ in page.headlines]
+    lines += [f"  {label}: {value}" for label, value, _ in headlines_of(page)]
     lines += [f"  Doubt: {doubt}" for doubt in page.doubts]
     return _typed("\n".join(lines))
 
 
-def page_text(page: Page, *, whole: bool = False, folder: str = "") -> str:
-    """Return what the command line prints: the summary, then the brief tables.
+def headlines_of(page: Page) -> list[Headline]:
+    """The few numbers of a page, each with its label and a remark."""
+    return [*map(_error_headline, page.errors), *page.headlines]
 
-    The `whole` page has all sections, with their paragraphs and tables. Sentences are filled to
-    the terminal's width; commands stay on one line, so that they can be pasted.
+
+def _error_headline(each: ErrorLine) -> Headline:
+    """An error as a headline: before and after, and what may be relied on."""
+    after = each.expected if each.after is None else each.after
+    told = [milli(value, each.unit) for value in (each.before, after) if value is not None]
+    remarks = [
+        (f"within {{}} in {percent(each.confidence)} of robots", each.bound),
+        ("{} expected", None if each.after is None else each.expected),
+        ("{} with frames aligned", each.aligned),
+        ("at most {}", each.largest),
+        ("the instrument: {}", each.instrument),
+    ]
+    if each.measured is not None:
+        old, new = (milli(value, each.unit) for value in each.measured)
+        told = told or [old, new]
+        remarks.insert(2, (f"{old} \N{RIGHTWARDS ARROW} {new} as measured", 0.0))
+    remark = "; ".join(
+        words.format(milli(value, each.unit)) for words, value in remarks if value is not None
+    )
+    return f"{each.kind.capitalize()} error, rms", " \N{RIGHTWARDS ARROW} ".join(told), remark
+
+
+def page_text(page: Page, *, whole: bool = False, folder: str = "") -> str:
+    """Return what the command line prints: a first screen of at most 25 lines.
+
+    That is the verdict, errors and the few numbers that matter, the brief tables and what to know
+    besides as far as there is room, and what to do next. The `whole` page has all of it, with its
+    paragraphs and tables. Sentences are filled to the terminal's width; commands stay on one line,
+    so that they can be pasted.
     """
-    lines = [page.title, *([page.subtitle] if page.subtitle else [])]
-    if page.judgement:
-        lines += [filled(page.judgement)]
-    lines += [filled(f"Doubt: {doubt}") for doubt in page.doubts]
-    blocks = ["\n".join(lines)]
-    if page.headlines:
-        blocks.append(_headlines(page.headlines))
-    for section in page.sections:
-        tables = [part for part in section.parts if isinstance(part, Table)]
-        if whole:
+    top = [filled(each) for each in (page.title, page.subtitle, page.judgement) if each]
+    doubts = [filled(f"Doubt: {doubt}") for doubt in page.doubts]
+    notes = [filled(f"Note: {note}") for note in page.notes]
+    figures = [each for each in (_errors(page.errors), _headlines(page.headlines)) if each]
+    end = _next(page, folder)
+    if whole:
+        blocks = ["\n".join([*top, *doubts]), *figures]
+        for section in page.sections:
+            tables = [table_text(part) for part in section.parts if isinstance(part, Table)]
             blocks += ["\n".join([section.title.upper(), *map(filled, section.paragraphs)])]
-            blocks += [table_text(table) for table in tables]
-        else:
-            blocks += [table_text(_cut(table)) for table in tables if table.brief]
-    blocks += ["\n".join(filled(f"Note: {note}") for note in page.notes)] if page.notes else []
-    blocks += _next(page, folder)
-    return _typed("\n\n".join(blocks))
+            blocks += tables
+        return _joined([*blocks, "\n".join(notes), end])
+    brief = [
+        part
+        for section in page.sections
+        for part in section.parts
+        if isinstance(part, Table) and part.brief
+    ]
+    written = _height(files_text(page.files)) + 1 if page.files else 0
+    room = _SCREEN - written - sum(map(_height, [*top, *figures, end]))
+    room -= len(figures) + bool(end)  # empty lines
+    told, left = _fitting(doubts, room - 2 * bool(brief or notes), least=1)
+    room -= sum(map(_height, told))
+    blocks, more = ["\n".join([*top, *told]), *figures], [plural(left, "doubt")] * bool(left)
+    others = bool(notes) or len(brief) > 1 or bool(left)  # of which a line tells
+    for at, table in enumerate(brief):
+        text = _cut(table, room - 1 - others)
+        if not text:
+            more.append(plural(len(brief) - at, "table"))
+            break
+        blocks.append(text)
+        room -= _height(text) + 1
+    told, left = _fitting(notes, room - 2)
+    more += [plural(left, "note")] * bool(left)
+    hint = f"--verbose has {' and '.join(more)} more" if more else ""
+    return _joined([*blocks, "\n".join([*told, hint] if hint else told), end])
+
+
+def _joined(blocks: Iterable[str]) -> str:
+    return _typed("\n\n".join(each for each in blocks if each))
+
+
+def _height(text: str) -> int:
+    return text.count("\n") + 1 if text else 0
+
+
+def _fitting(texts: Sequence[str], room: int, *, least: int = 0) -> tuple[list[str], int]:
+    """The first texts that there is room for, so many at least; and how many are left."""
+    told: list[str] = []
+    for text in texts:
+        room -= _height(text)
+        if room < 0 and len(told) >= least:
+            break
+        told.append(text)
+    return told, len(texts) - len(told)
+
+
+def _errors(errors: Sequence[ErrorLine]) -> str:
+    """Errors as aligned columns, of which those are left out that nothing is known of."""
+    if not errors:
+        return ""
+    arrow = "\N{RIGHTWARDS ARROW}"
+    alone = all(each.before is None for each in errors)
+    share = percent(errors[0].confidence)
+    columns = {
+        "before": [bare(each.before, each.unit) for each in errors],
+        "after" if not alone else "error": [bare(each.after, each.unit) for each in errors],
+        "expected": [bare(each.expected, each.unit) for each in errors],
+        f"{share} within": [bare(each.bound, each.unit) for each in errors],
+        "aligned": [bare(each.aligned, each.unit) for each in errors],
+        "largest": [bare(each.largest, each.unit) for each in errors],
+        "as measured": [
+            f" {arrow} ".join(bare(value, each.unit) for value in each.measured or ())
+            for each in errors
+        ],
+        "instrument": [bare(each.instrument, each.unit) for each in errors],
+    }
+    known = {name: cells for name, cells in columns.items() if any(cells)}
+    rows = [
+        [f"{each.kind.capitalize()}, {small(each.unit)[1]}", *(known[name][at] for name in known)]
+        for at, each in enumerate(errors)
+    ]
+    return _grid(["End effector, rms", *known], rows, 1)
 
 
 def _headlines(headlines: Sequence[Headline]) -> str:
     """Label, value and remark in columns; a remark that is too long goes on below itself."""
+    if not headlines:
+        return ""
     first, second = (max(len(each[column]) for each in headlines) for column in (0, 1))
     indent = first + second + 4
     lines = []
@@ -81,19 +181,26 @@ def _headlines(headlines: Sequence[Headline]) -> str:
     return "\n".join(lines)
 
 
+def files_text(names: Sequence[str], folder: str = "") -> str:
+    """Return what is said of files that were written, the last on a line of its own."""
+    *others, last = names
+    beside = filled(f"Beside it: {', '.join(others)}") + "\n" if others else ""
+    return f"{beside}{Path(folder) / last}"
+
+
 def command_text(page: Page, folder: str = "") -> str:
     """Return the command that a page proposes, with the folder of its files."""
     return page.next_command.replace("{folder}", folder or "DIR")
 
 
-def _next(page: Page, folder: str) -> list[str]:
+def _next(page: Page, folder: str) -> str:
     """What to do now: a sentence, and the command to paste."""
     if not page.next_command:
-        return [filled(f"Next: {page.next_step}")] if page.next_step else []
+        return filled(f"Next: {page.next_step}") if page.next_step else ""
     command = command_text(page, folder)
     if not page.next_step:
-        return [f"Next: {command}"]
-    return [f"{filled(f'Next: {page.next_step}')}:\n  {command}"]
+        return f"Next: {command}"
+    return f"{filled(f'Next: {page.next_step}')}:\n  {command}"
 
 
 def _width() -> int:
@@ -111,28 +218,53 @@ def filled(sentence: str) -> str:
     )
 
 
-def table_text(table: Table) -> str:
-    """Return a table as aligned columns under its caption; empty columns are left out."""
+def table_text(table: Table, width: int | None = None) -> str:
+    """Return a table as aligned columns under its caption, which may head the first of them.
+
+    Of a width it has the first columns that fit, and names the others; longer lines are cut.
+    """
     rows: list[list[str]] = []
     for group in table.groups:
         rows += [[group.title]] if group.title else []
         rows += [[str(cell) for cell in row] for row in group.rows]
-    words = len(table.columns) if table.wordy else 1
-    grid = _grid(list(table.columns), rows, words)
-    return f"{table.caption}\n{grid}" if table.caption else grid
+    heading, caption = list(table.columns), table.caption
+    if width and heading and not heading[0] and len(caption) <= _SHORT:
+        heading[0], caption = caption, ""
+    words = len(heading) if table.wordy else 1
+    kept, gap = len(heading), 2
+    grid = _grid(heading, rows, words)
+    while width and max(map(len, grid.split("\n"))) > width and (gap > 1 or kept > 2):
+        kept, gap = (kept, 1) if gap > 1 else (kept - 1, 1)
+        grid = _grid(heading[:kept], [row[:kept] for row in rows], words, gap)
+    if width:
+        grid = "\n".join(_shortened(line, width) for line in grid.split("\n"))
+    if kept < len(heading):
+        grid += f"\n--verbose has {', '.join(heading[kept:])}"
+    return f"{caption}\n{grid}" if caption else grid
 
 
-def _cut(table: Table) -> Table:
-    """The table with the rows that are printed of it."""
-    (group, *others), limit = table.groups, table.brief_rows
-    left = len(group.rows) - limit
-    if others or not 0 < limit < len(group.rows):
-        return table
-    rows = [*group.rows[:limit], [f"and {left} {table.others}"]]
-    return replace(table, groups=[replace(group, rows=rows)])
+def _shortened(line: str, width: int) -> str:
+    return line if len(line) <= width else f"{line[: width - 3].rstrip()}..."
 
 
-def _grid(heading: list[str], rows: list[list[str]], words: int) -> str:
+def _cut(table: Table, room: int) -> str:
+    """The table with the rows and columns that there is room for; empty without a few."""
+    rows = [row for group in table.groups for row in group.rows]
+    headed = len(rows) + sum(bool(group.title) for group in table.groups)
+    limit = min(table.brief_rows or headed, headed)
+    while limit >= min(len(rows), _LEAST_ROWS):
+        told = table
+        if limit < headed:
+            left = f"and {len(rows) - limit + 1} {table.others}"
+            told = replace(table, groups=[Group([*rows[: limit - 1], [left]])])
+        text = table_text(told, _width())
+        if _height(text) <= room:
+            return text
+        limit -= 1
+    return ""
+
+
+def _grid(heading: list[str], rows: list[list[str]], words: int, gap: int = 2) -> str:
     """Rows as aligned columns: the first `words` to the left, the others to the right."""
     from rich.console import Console
     from rich.table import Table as Grid
@@ -141,7 +273,7 @@ def _grid(heading: list[str], rows: list[list[str]], words: int) -> str:
     grid = Grid(
         box=None,
         pad_edge=False,
-        padding=(0, 2, 0, 0),
+        padding=(0, gap, 0, 0),
         header_style="bold",
         show_header=bool(heading),
     )
@@ -226,6 +358,7 @@ def _rendered(template: str, page: Page, shown: Sequence[Table | Image] = ()) ->
     environment.tests["table"] = lambda part: isinstance(part, Table)
     environment.tests["movable"] = lambda part: isinstance(part, Movable)
     environment.filters["symbols"] = _symbols
+    environment.filters["headlines"] = headlines_of
     environment.filters["command"] = command_text
     environment.filters["drawn"] = _drawn
     environment.filters["data"] = _data

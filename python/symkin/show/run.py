@@ -11,12 +11,11 @@ from symkin.estimate.fleet import Fleet
 from symkin.files.mechanism_file import typed_name
 from symkin.pipeline import ProtocolResult
 from symkin.planning.simulation import Simulation
-from symkin.present import Group, Image, Page, Section, Table, Verdict
+from symkin.present import ErrorLine, Group, Image, Page, Section, Table, Verdict
 from symkin.show.check import symmetry_section
-from symkin.show.estimate import judgement, parameter_section
+from symkin.show.estimate import instrument_of, judgement, parameter_section
 from symkin.show.evaluation import (
     ALIGNED,
-    before_and_after,
     error_figures,
     error_table,
     errors_in_words,
@@ -30,6 +29,7 @@ from symkin.show.wording import (
     NONE,
     chain_subtitle,
     count,
+    given,
     has_lengths,
     milli,
     plural,
@@ -68,7 +68,7 @@ def run_summary(result: ProtocolResult) -> Page:
     return Page(
         title=f"{nominal.name}: identification of a simulated robot",
         subtitle=chain_subtitle(nominal),
-        headlines=before_and_after(result.before, result.after, result.after, result.expected),
+        errors=_errors(result),
         verdict=verdict,
         judgement=words,
         doubts=tuple(map(str, found.doubts)),
@@ -83,6 +83,24 @@ def run_summary(result: ProtocolResult) -> Page:
     )
 
 
+def _errors(result: ProtocolResult) -> list[ErrorLine]:
+    """The robot's true errors, and those to expect; what a measurement of it would contribute."""
+    before, after, expected = result.before, result.after, result.expected
+    return [
+        ErrorLine(
+            kind,
+            unit,
+            before=getattr(before, f"{kind}_rms"),
+            after=getattr(after, f"{kind}_rms"),
+            expected=getattr(expected, kind),
+            bound=getattr(expected, f"{kind}_bound"),
+            confidence=expected.confidence,
+            instrument=instrument_of(result.identification, kind),
+        )
+        for kind, unit in after.space.errors
+    ]
+
+
 def _replaced(simulation: Simulation) -> list[str]:
     number = sum(simulation.replaced)
     said = f"replaced by spares, since the robot cannot take them: {plural(number, 'pose')}"
@@ -92,14 +110,13 @@ def _replaced(simulation: Simulation) -> list[str]:
 def _done(result: ProtocolResult) -> str:
     nominal, tolerances = result.nominal, result.nominal.tolerances
     noise = " and ".join(
-        setting(1e3 * getattr(nominal.noise, kind), f"m{unit}")
-        for kind, unit in nominal.space.errors
+        given(getattr(nominal.noise, kind), unit) for kind, unit in nominal.space.errors
     )
-    lengths = f"{setting(1e3 * tolerances.length, 'mm')}, "
+    lengths = f"{given(tolerances.length, 'm')}, "
     return (
         f"A robot was simulated that differs from the drawing of {nominal.name} as its tolerances "
         f"allow (standard deviations {lengths if has_lengths(nominal) else ''}"
-        f"{setting(1e3 * tolerances.angle, 'mrad')}, gains {setting(100 * tolerances.gain, '%')}). "
+        f"{given(tolerances.angle, 'rad')}, gains {setting(100 * tolerances.gain, '%')}). "
         f"From {plural(len(result.candidates.poses), 'candidate pose')}, "
         f"{count(int((~result.plan.spare).sum()))} were chosen and measured with a noise of "
         f"{noise}; from these the {int(nominal.has_parameter.sum())} parameters of its "
@@ -157,7 +174,7 @@ def _comparison_table(result: ProtocolResult) -> Table:
             row.append(milli(getattr(expected, kind), unit) if expected else NONE)
         rows.append(row)
     caption = "Every estimator on the same measurements"
-    return Table(caption, columns, [Group(rows)], brief=True)
+    return Table(caption, columns, [Group(rows)])
 
 
 def fleet_page(fleet: Fleet) -> Page:

@@ -14,10 +14,10 @@ from symkin.show.wording import (
     NONE,
     count,
     fixed,
+    given,
     milli,
     percent,
     plural,
-    setting,
     significant,
 )
 from symkin.study.asymmetry import LOSSES, OFF, Curve
@@ -212,8 +212,8 @@ def _next(result: StudyResult) -> str:
 
 def _recommendation(found: Recommendation) -> Section:
     wanted = " and ".join(
-        setting(1e3 * value, unit)
-        for value, unit in ((found.wanted_position, "mm"), (found.wanted_orientation, "mrad"))
+        given(value, unit)
+        for value, unit in ((found.wanted_position, "m"), (found.wanted_orientation, "rad"))
         if value is not None
     )
     rows = [

@@ -12,9 +12,12 @@ from symkin.estimate.precision import Expected
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import PoseSpace
 from symkin.planning import HeldByPriors
+from symkin.show.units import on_paper
 
 NONE = "\N{EN DASH}"
 _SPACE = "\N{NO-BREAK SPACE}"
+_DEGREE = "\N{DEGREE SIGN}"
+_GIVEN_DIGITS = 4
 _NOTHING = 1e-8  # m or rad, a hundredth of what the best instruments tell
 _MUCH = 0.3  # of an expected error: the rest is then 5% smaller than all of it
 _MINUS = "\N{MINUS SIGN}"
@@ -25,14 +28,19 @@ _SUPERSCRIPTS = str.maketrans(
 
 def significant(value: float, digits: int = 3) -> str:
     """So many significant digits, a power of ten where the number is far from one."""
+    if math.isfinite(value) and value != 0 and not 1e-4 <= abs(value) < 1e6:
+        mantissa, power = f"{value:.{digits - 1}e}".split("e")
+        power = str(int(power)).translate(_SUPERSCRIPTS)
+        return _signed(f"{mantissa}{_SPACE}\N{MULTIPLICATION SIGN}{_SPACE}10{power}")
+    return _decimal(value, digits)
+
+
+def _decimal(value: float, digits: int = 3) -> str:
+    """So many significant digits, written out."""
     if not math.isfinite(value):
         return NONE
     if value == 0:
         return "0"
-    if not 1e-4 <= abs(value) < 1e6:
-        mantissa, power = f"{value:.{digits - 1}e}".split("e")
-        power = str(int(power)).translate(_SUPERSCRIPTS)
-        return _signed(f"{mantissa}{_SPACE}\N{MULTIPLICATION SIGN}{_SPACE}10{power}")
     # The exponent after rounding: 9.999 has one digit more before the point than it seems.
     exponent = int(f"{value:.{digits - 1}e}".split("e")[1])
     decimals = digits - 1 - exponent
@@ -53,25 +61,49 @@ def decimals_of(deviation: float, otherwise: int = 6) -> int:
 
 def quantity(value: float, unit: str, digits: int = 3) -> str:
     """A number with its unit: ``2.94 mm``."""
-    return f"{significant(value, digits)}{_SPACE}{unit}" if math.isfinite(value) else NONE
+    return _with(significant(value, digits), unit) if math.isfinite(value) else NONE
 
 
 def setting(value: float, unit: str = "", digits: int = 5) -> str:
     """A number that was given, without the zeros that nobody wrote: ``0.1 mm``."""
     # No negative zero.
-    return _signed(f"{value + 0.0:.{digits}g}") + (_SPACE + unit if unit else "")
+    return _with(_signed(f"{value + 0.0:.{digits}g}"), unit)
+
+
+def given(value: float, unit: str) -> str:
+    """A length or angle that was given, in the unit that is told: ``0.1 mm``."""
+    factor, name = on_paper(unit)
+    return setting(factor * value, name, _GIVEN_DIGITS)
 
 
 def milli(value: float, unit: str) -> str:
-    """A small length or angle in thousandths of its unit: ``0.0821 mm``; rounding is no figure."""
-    if 0 < abs(value) < _NOTHING:
-        return f"< {setting(1e3 * _NOTHING, f'm{unit}')}"
-    return quantity(1e3 * value, f"m{unit}")
+    """A small length, angle or time with its unit: ``0.0821 mm``; what rounding left is none."""
+    if not math.isfinite(value):
+        return NONE
+    factor, name = small(unit)
+    if 0 < abs(value) < _NOTHING and unit in ("m", "rad"):
+        return f"< {_with(_decimal(factor * _NOTHING, 1), name)}"
+    return _with(_decimal(factor * value), name)
 
 
-def on_paper(unit: str) -> tuple[float, str]:
-    """The unit that drawings of mechanisms have for a parameter, and how many of it are one."""
-    return {"m": (1e3, "mm"), "rad": (180 / math.pi, "\N{DEGREE SIGN}")}.get(unit, (1.0, unit))
+def bare(value: float | None, unit: str) -> str:
+    """The same without its unit, which the table's heading has; empty for None."""
+    if value is None:
+        return ""
+    factor, _ = small(unit)
+    if 0 < abs(value) < _NOTHING and unit in ("m", "rad"):
+        return f"< {_decimal(factor * _NOTHING, 1)}"
+    return _decimal(factor * value)
+
+
+def small(unit: str) -> tuple[float, str]:
+    """The unit of small lengths, angles and times, and how many of it are one."""
+    return (1e3, "ms") if unit == "s" else on_paper(unit)
+
+
+def _with(number: str, unit: str) -> str:
+    """A number and its unit; nothing stands before a degree sign."""
+    return f"{number}{'' if unit in ('', _DEGREE) else _SPACE}{unit}"
 
 
 def left_by_priors(
@@ -95,8 +127,9 @@ def promise(space: PoseSpace, accuracy: Expected | ExpectedAccuracy) -> str:
     """What robots keep, in a sentence: most of them, on average, and anywhere."""
 
     def figures(name: str) -> str:
-        values = [(getattr(accuracy, f"{kind}{name}"), f"m{unit}") for kind, unit in space.errors]
-        return " and ".join(quantity(1e3 * value, unit) for value, unit in values)
+        return " and ".join(
+            milli(getattr(accuracy, f"{kind}{name}"), unit) for kind, unit in space.errors
+        )
 
     share = percent(accuracy.confidence)
     words = (

@@ -229,7 +229,7 @@ def test_pose_count_says_how_many_poses_an_accuracy_needs(symkin: Callable, tmp_
     assert answer["wanted_orientation_rms_rad"] == pytest.approx(2e-4)
     assert answer["expected"]["position_rms_m"] <= 6e-5
     count, poses = answer["poses_per_leg"], answer["poses"]
-    sentence = f"{count} poses a leg, {poses} in all, are enough for 0.06 mm and 0.2 mrad"
+    sentence = f"{count} poses a leg, {poses} in all, are enough for 0.06 mm and 0.01146°"
     assert sentence in shown.out
     assert sentence in (tmp_path / "pose-count.html").read_text().replace("\N{NO-BREAK SPACE}", " ")
     assert f"--pose-count {count} " in shown.out

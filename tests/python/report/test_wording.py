@@ -3,6 +3,7 @@
 
 import math
 
+import numpy as np
 import pytest
 
 from symkin.show import wording
@@ -32,6 +33,12 @@ def test_numbers_have_three_significant_digits(value, text):
 def test_small_lengths_are_in_millimetres():
     assert wording.milli(8.2e-5, "m") == f"0.0820{SPACE}mm"
     assert wording.milli(math.nan, "m") == wording.NONE
+
+
+def test_what_rounding_leaves_of_an_error_is_no_power_of_ten():
+    assert wording.milli(-7.2e-17, "m") == f"< 0.00001{SPACE}mm"
+    assert wording.milli(2.5e-8, "m") == f"0.0000250{SPACE}mm"
+    assert wording.milli(np.radians(0.0042), "rad") == "0.00420\N{DEGREE SIGN}"
 
 
 def test_given_numbers_keep_the_digits_that_were_given():

@@ -32,7 +32,7 @@ def test_an_accuracy_that_is_wanted_is_answered(
     command = ["study", str(small), "--robots", "5", "--out", str(tmp_path)]
     assert main([*command, "--accuracy", "0.1mm", "--accuracy", "0.2mrad"]) == 0
     printed = capsys.readouterr().out
-    assert "poses that 0.1 mm and 0.2 mrad need, the cheapest protocol first" in printed
+    assert "poses that 0.1 mm and 0.01146° need, the cheapest protocol first" in printed
     assert "symkin plan 3RRR --design legs" in printed
 
 

@@ -189,7 +189,7 @@ def test_protocols_are_drawn_side_by_side_with_and_without_the_state_before(stud
         names = [label.get_text() for label in position.get_yticklabels()]
         assert names == (["before"] if before else []) + list(cells)
         assert "mm" in position.get_xlabel()
-        assert "mrad" in orientation.get_xlabel()
+        assert "\N{DEGREE SIGN}" in orientation.get_xlabel()
 
 
 def test_without_its_package_the_study_says_what_to_install(monkeypatch):

@@ -42,11 +42,11 @@ from symkin.show.figures.style import (
 )
 from symkin.show.figures.workspaces import View, shown_of, views_of
 from symkin.show.theme import ACCENT, AFTER, BEFORE, INK, LINE, name_points
+from symkin.show.wording import milli, small
 
 INTERVAL = 1.96  # standard deviations: holds 95% of normal errors
 _COLUMNS = 3  # of panels, one a leg
 _FEW = 1500  # poses that a map shows one by one
-_MILLI = 1e3
 _NAMED = 5  # blunders
 
 
@@ -102,11 +102,12 @@ def pose_count(curve: PoseCountCurve, *, figure: FigureBase | None = None) -> Fi
     """
     panels: list[tuple[tuple[Array, ...], str, bool]] = [
         (
-            (_MILLI * getattr(curve, kind), _MILLI * getattr(curve, f"{kind}_bound")),
-            f"{kind} error, mean and {100 * curve.confidence:.5g}%, m{unit}",
+            (factor * getattr(curve, kind), factor * getattr(curve, f"{kind}_bound")),
+            f"{kind} error, mean and {100 * curve.confidence:.5g}%, {told}",
             True,
         )
         for kind, unit in curve.mechanism.space.errors
+        for factor, told in (small(unit),)
     ]
     panels.append(((100 * curve.efficiency,), "efficiency, %", False))
     figure = new_figure(0.6 + 3.0 * len(panels), 3.4, figure)
@@ -142,12 +143,11 @@ def residuals(found: Estimate, *, figure: FigureBase | None = None) -> FigureBas
     """
     left = [_left(found, leg) for leg in range(len(found.nominal.legs))]
     titles = [
-        f"leg {leg}: rms {_rms(_MILLI * own.values):.3g} m{own.unit}"
-        for leg, own in enumerate(left, 1)
+        f"leg {leg}: rms {milli(_rms(own.values), own.unit)}" for leg, own in enumerate(left, 1)
     ]
     figure, panels = _panels(titles, left[0], figure)
     for leg, (own, axes) in enumerate(zip(left, panels, strict=True)):
-        values, colour = _MILLI * own.values, leg_style(leg).colour
+        values, colour = small(own.unit)[0] * own.values, leg_style(leg).colour
         numbers = found.measurements.row_numbers[own.rows]
         axes.vlines(numbers, 0, values, color=colour, linewidth=0.8, alpha=0.5)
         _draw_left(axes, leg, own.unit, numbers, values, numbers)
@@ -183,7 +183,7 @@ def dependence(found: Estimate, *, figure: FigureBase | None = None) -> FigureBa
     ]
     figure, panels = _panels(titles, strongest[0].left, figure)
     for leg, (most, axes) in enumerate(zip(strongest, panels, strict=True)):
-        values = _MILLI * most.left.values
+        values = small(most.left.unit)[0] * most.left.values
         numbers = found.measurements.row_numbers[most.left.rows]
         _draw_left(axes, leg, most.left.unit, most.against, values, numbers)
         if len(values) > 2:
@@ -324,14 +324,17 @@ def error_histogram(
     Figure or SubFigure
     """
     names = before.space.errors
-    labels = [f"{kind} error, m{unit}" for kind, unit in names]
-    kinds = list(zip(labels, _error_sizes(before), _error_sizes(after), strict=True))
+    labels = [f"{kind} error, {small(unit)[1]}" for kind, unit in names]
+    factors = [small(unit)[0] for _, unit in names]
+    kinds = list(zip(factors, labels, _error_sizes(before), _error_sizes(after), strict=True))
     foreseen = [None if expected is None else getattr(expected, kind) for kind, _ in names]
     figure = new_figure(8.6 if len(kinds) > 1 else 4.6, 3.5, figure)
     places = figure.add_gridspec(1, len(kinds))
-    for column, (label, sizes_before, sizes_after) in enumerate(kinds):
+    for column, (factor, label, *sizes) in enumerate(kinds):
         axes = flat_axes(figure, places[column], x=label, y="poses, %")
-        _draw_histogram(axes, sizes_before, sizes_after, foreseen[column])
+        value = foreseen[column]
+        told = None if value is None else factor * value
+        _draw_histogram(axes, factor * sizes[0], factor * sizes[1], told)
     handles: list[Any] = [
         Patch(color=BEFORE, alpha=0.75, label="before"),
         Patch(color=AFTER, alpha=0.75, label="after"),
@@ -379,8 +382,9 @@ def error_map(
     grid = [[places[row * len(panels) + column] for column in columns] for row in range(2)]
     first: Axes | None = None
     for state, evaluation, row in zip(("before", "after"), (before, after), grid, strict=True):
-        sizes = _MILLI * _error_sizes(evaluation)[0]
-        label = f"{kind} error\n{state}, m{unit}"
+        factor, told = small(unit)
+        sizes = factor * _error_sizes(evaluation)[0]
+        label = f"{kind} error\n{state}, {told}"
         first = _draw_row(figure, row, panels, rows, sizes, label, first)
     return figure
 
@@ -484,7 +488,7 @@ def _panels(
         axes.axhline(0, color=LINE, linewidth=0.8)
         axes.tick_params(labelleft=column == 0)
         if column == 0:
-            axes.set_ylabel(f"{left.what}, m{left.unit}", fontsize=SMALL, color=INK)
+            axes.set_ylabel(f"{left.what}, {small(left.unit)[1]}", fontsize=SMALL, color=INK)
         panels.append(axes)
     return figure, panels
 
@@ -494,7 +498,8 @@ def _draw_left(
 ) -> None:
     (points,) = axes.plot(x, values, "o", color=leg_style(leg).colour, markersize=3)
     named = zip(rows, values, strict=True)
-    name_points(points, [f"row {row}, leg {leg + 1}: {c:+.3g} m{unit}" for row, c in named])
+    told = small(unit)[1]
+    name_points(points, [f"row {row}, leg {leg + 1}: {c:+.3g} {told}" for row, c in named])
 
 
 # Errors of the end effector.
@@ -516,7 +521,7 @@ def _error_sizes(evaluation: Evaluation) -> list[Array]:
 
 
 def _draw_histogram(axes: Axes, before: Array, after: Array, expected: float | None) -> None:
-    shown = [_MILLI * sizes[sizes > 0] for sizes in (before, after)]
+    shown = [sizes[sizes > 0] for sizes in (before, after)]
     both = np.concatenate(shown)
     if not both.size:
         return
@@ -530,7 +535,7 @@ def _draw_histogram(axes: Axes, before: Array, after: Array, expected: float | N
         if len(sizes):
             axes.axvline(_rms(sizes), color=colour, linewidth=1.6, linestyle="--")
     if expected:
-        axes.axvline(_MILLI * expected, color=INK, linewidth=1.4, linestyle=":")
+        axes.axvline(expected, color=INK, linewidth=1.4, linestyle=":")
     axes.set_xscale("log")
     powers_of_ten(axes.xaxis)
 

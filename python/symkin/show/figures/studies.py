@@ -36,6 +36,7 @@ from symkin.show.figures.workspaces import (
     reading_limits,
 )
 from symkin.show.theme import AFTER, BEFORE, INK, LINE
+from symkin.show.units import on_paper
 from symkin.study import CellSummary, CostResult, ErrorFigure, StudyResult
 from symkin.study.asymmetry import Curve
 from symkin.study.cost import TASKS
@@ -75,7 +76,7 @@ def study_protocols(
     for row, kind in enumerate(kinds):
         first = None
         for column, design in enumerate(designs):
-            unit = "mm" if kind == "position" else "mrad"
+            factor, unit = _unit(kind)
             axes = flat_axes(
                 figure,
                 places[row, column],
@@ -89,7 +90,7 @@ def study_protocols(
                 wanted = (design, choice, estimator)
                 some = [e for e in cells if (e.cell.design, _choice(e), _estimate(e)) == wanted]
                 colour = leg_style(choices.index(choice)).colour
-                _draw_protocol(axes, some, kind, colour, estimators.index(estimator))
+                _draw_protocol(axes, some, kind, colour, estimators.index(estimator), factor)
             _logarithmic(axes)
     handles = [sign("s", choice, leg_style(at).colour) for at, choice in enumerate(choices)]
     look: dict[str, Any] = {"color": INK, "linewidth": 1.1, "markersize": 4}
@@ -120,10 +121,10 @@ def study_cells(result: StudyResult, *, figure: FigureBase | None = None) -> Fig
     places = figure.add_gridspec(1, len(kinds))
     rows = np.arange(len(cells))[::-1]
     for column, kind in enumerate(kinds):
-        unit = "mm" if kind == "position" else "mrad"
+        factor, unit = _unit(kind)
         axes = flat_axes(figure, places[column], x=f"{kind} error, {unit}")
         for row, each in zip(rows, cells, strict=True):
-            _draw_error(axes, getattr(each, kind), row)
+            _draw_error(axes, getattr(each, kind), row, factor)
         axes.set_xscale("log")
         _plain(axes.xaxis)
         axes.set_ylim(-0.7, len(cells) - 0.3)
@@ -217,7 +218,7 @@ def study_cost(
 
 
 def _draw_protocol(
-    axes: Axes, cells: Sequence[CellSummary], kind: str, colour: str, place: int
+    axes: Axes, cells: Sequence[CellSummary], kind: str, colour: str, place: int, factor: float
 ) -> None:
     usable = [each for each in cells if each.robots > each.failed]
     cells = sorted(usable, key=lambda each: each.measured_poses)
@@ -225,9 +226,9 @@ def _draw_protocol(
         return
     errors = [getattr(each, kind) for each in cells]
     counts = [each.measured_poses for each in cells]
-    predicted = [_MILLI * each.predicted for each in errors]
+    predicted = [factor * each.predicted for each in errors]
     axes.plot(counts, predicted, color=colour, linewidth=1.1, linestyle=_LINES[place % 4])
-    simulated = np.array([(each.rms, each.low, each.high) for each in errors]).T * _MILLI
+    simulated = np.array([(each.rms, each.low, each.high) for each in errors]).T * factor
     axes.errorbar(
         counts,
         simulated[0],
@@ -240,15 +241,20 @@ def _draw_protocol(
     )
 
 
-def _draw_error(axes: Axes, error: ErrorFigure, row: int) -> None:
+def _unit(kind: str) -> tuple[float, str]:
+    """The unit in which an error is told, and how many of it are one m or rad."""
+    return on_paper("m" if kind == "position" else "rad")
+
+
+def _draw_error(axes: Axes, error: ErrorFigure, row: int, factor: float) -> None:
     if not np.isfinite(error.rms):
         return
-    rms, low, high = _MILLI * error.rms, _MILLI * error.low, _MILLI * error.high
+    rms, low, high = factor * error.rms, factor * error.low, factor * error.high
     if np.isfinite(low):
         axes.plot([low, high], [row, row], color=AFTER, linewidth=1.4)
     axes.plot(rms, row, "o", color=AFTER, markersize=4)
     if np.isfinite(error.predicted):
-        axes.plot(_MILLI * error.predicted, row, "|", color=INK, markersize=9)
+        axes.plot(factor * error.predicted, row, "|", color=INK, markersize=9)
 
 
 def _logarithmic(axes: Axes) -> None:
@@ -351,17 +357,19 @@ def protocol_errors(
     -------
     Figure or SubFigure
     """
-    kinds = [("position error, mm (root mean square)", [each.position for each in cells.values()])]
+    kinds = [("position", [each.position for each in cells.values()])]
     turns = [each.orientation for each in cells.values()]
     if any(each.rms > 0 for each in turns):
-        kinds.append(("orientation error, mrad (root mean square)", turns))
+        kinds.append(("orientation", turns))
     figure = new_figure(2.2 + 3.7 * len(kinds), 1.2 + 0.36 * (len(cells) + before), figure)
     places = figure.add_gridspec(1, len(kinds))
     first: Axes | None = None
-    for column, (label, errors) in enumerate(kinds):
+    for column, (kind, errors) in enumerate(kinds):
+        factor, unit = _unit(kind)
+        label = f"{kind} error, {unit} (root mean square)"
         axes = flat_axes(figure, places[column], x=label, share_y=first)
         first = first or axes
-        _draw_errors(axes, errors, before=before)
+        _draw_errors(axes, errors, factor, before=before)
         axes.tick_params(axis="y", length=0, labelleft=column == 0)
     assert first is not None
     names = [*(["before"] if before else []), *cells]
@@ -375,16 +383,16 @@ def protocol_errors(
     return figure
 
 
-def _draw_errors(axes: Axes, errors: Sequence[ErrorFigure], *, before: bool) -> None:
+def _draw_errors(axes: Axes, errors: Sequence[ErrorFigure], factor: float, *, before: bool) -> None:
     places = np.arange(len(errors)) + before
-    values = _MILLI * np.array([[each.rms, each.low, each.high, each.predicted] for each in errors])
+    values = factor * np.array([[each.rms, each.low, each.high, each.predicted] for each in errors])
     rms, low, high, predicted = values.T
     axes.grid(False, axis="y")
     reach = np.abs(np.nan_to_num([rms - low, high - rms]))
     if before:
         axes.set_xscale("log")
         axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
-        start = _MILLI * errors[0].before
+        start = factor * errors[0].before
         axes.plot(start, 0, "s", color=BEFORE, markersize=6)
         _say(axes, start, 0)
         axes.hlines(places, np.nanmin(low) / 2, rms, color=LINE, linewidth=0.8)
