@@ -32,6 +32,7 @@ from symkin.planning.making import plan
 from symkin.planning.plan import Plan
 from symkin.planning.selection import Criterion, Design, Region, SelectionMethod
 from symkin.planning.simulation import Simulation, simulate
+from symkin.present import Page
 from symkin.show.images import plotted
 from symkin.storage.tables import TableSource
 
@@ -56,6 +57,10 @@ class Robot(Mechanism):
     def plot(self) -> FigureBase | Axes:
         """Draw it at home; see `symkin.plot.mechanism` for more."""
         return plotted("mechanism", self)()
+
+    def summary(self) -> Page:
+        """Return the top of the page of `check`."""
+        return self.check().summary()
 
     def check(self, seed: int | None = None) -> CheckResult:
         """Return `symkin.check_mechanism` of it."""

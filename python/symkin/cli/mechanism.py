@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import itertools
 import re
+import shlex
 import sys
 import textwrap
 from pathlib import Path
@@ -41,6 +42,7 @@ from symkin.exports.reading import import_mechanism
 from symkin.files.template import mechanism_template
 from symkin.model.file_frames import as_drawn
 from symkin.options import Platform
+from symkin.show.rendering import filled
 from symkin.storage.output_files import OutputFiles
 from symkin.storage.tables import csv_text, read_table, write_table
 
@@ -211,7 +213,9 @@ _To = Literal[
     "klipper", "marlin", "reprapfirmware", "linuxcnc", "mjcf", "urdf", "sdf", "json", "yaml",
     "c-header", "table",
 ]  # fmt: skip
-_MECHANISM, _PROBED = "mechanism.toml", "probed.csv"
+_MECHANISM, _PROBED, _DISTANCES = "mechanism.toml", "probed.csv", "distances.csv"
+_PROBED_UNKNOWNS = 6  # of an imported printer: endstops, radius, two towers' angles
+_SPARE_HEIGHTS = 5  # from which a noise can be estimated
 
 
 @command(
@@ -353,24 +357,36 @@ def import_(
             help="Klipper's printer.cfg of a linear delta, or an MJCF or URDF file of symkin.",
         ),
     ],
-    out: Annotated[Path, folder_of("mechanism.toml and probed.csv")],
+    out: Annotated[Path, folder_of("mechanism.toml, probed.csv and distances.csv")],
     overwrite: OverwriteOption = False,
 ) -> None:
     """Make a mechanism file of a printer's configuration, and a table of what it has probed.
 
     Of Klipper's printer.cfg, linear deltas with what SAVE_CONFIG wrote: towers, rods, endstops, and
-    the heights that DELTA_CALIBRATE recorded. Models are read if symkin wrote them. Last printed
+    the heights that DELTA_CALIBRATE recorded; distances that DELTA_ANALYZE was told are kept in
+    distances.csv, which nothing reads yet. Models are read if symkin wrote them. Last printed
     are the files that were written.
     """
     with OutputFiles([file], overwrite) as outputs:
-        folder = outputs.folder(out, _MECHANISM, _PROBED)
+        folder = outputs.folder(out, _MECHANISM, _PROBED, _DISTANCES)
         found = import_mechanism(file)
         header = f"Read from {file.name}"
         symkin.save_mechanism(found.mechanism, folder / _MECHANISM, header=header)
         if found.measurements is not None:
             symkin.write_measurements(found.measurements, folder / _PROBED, found.mechanism)
+        if len(found.distances):
+            write_table(folder / _DISTANCES, found.distance_columns)
     for note in found.notes:
-        say(f"{note}.")
-    say(str(out / _MECHANISM))
+        say(filled(f"{note}."))
+    written = [_MECHANISM]
     if found.measurements is not None:
-        say(str(out / _PROBED))
+        written.append(_PROBED)
+        # Nobody knows how well a probe repeats; the heights that are left over tell.
+        spare = len(found.measurements.poses) - _PROBED_UNKNOWNS
+        noise = " --noise estimate" if spare >= _SPARE_HEIGHTS else ""
+        files = [shlex.quote(str(out / name)) for name in written]
+        calibrated = shlex.quote(str(out / "calibrated"))
+        say(f"\nNext: symkin identify {' '.join(files)}{noise} --out {calibrated}\n")
+    written += [_DISTANCES] * bool(len(found.distances))
+    for name in written:
+        say(str(out / name))

@@ -55,13 +55,13 @@ from symkin.options import Format, Visit
 from symkin.pipeline import ProtocolResult
 from symkin.planning import NeededPoses, PoseCountCurve
 from symkin.planning.observing import is_probing
-from symkin.planning.plan_files import write_bed_points
+from symkin.planning.plan_files import klipper_points, write_bed_points
 from symkin.planning.simulation import Simulation
 from symkin.storage.output_files import OutputFiles
 from symkin.study import StudyResult, builtin_studies, builtin_text, load_study, run_study
 
 _PLAN_FILES = ("plan.csv", "plan.json", "plan.html")
-_POINTS = "points.csv"
+_POINTS = ("points.csv", "points.cfg")  # the table, and the same for Klipper
 _COUNT_FILES = ("pose-count.json", "pose-count.html")
 
 
@@ -124,7 +124,7 @@ def plan(
     With --observe, or unknowns as `symkin identify` has them, poses are chosen for what will be
     observed and is unknown then, all at once (--design mechanism). Priors count as information that
     is there beforehand. With --observe height alone a delta probes its bed: points.csv has x and y,
-    in mm, of where to touch it.
+    in mm, of where to touch it, and points.cfg the same as Klipper's option "points".
 
     The certificate printed is a proven bound: no set of so many poses exceeds the efficiency 1.
     """
@@ -157,7 +157,7 @@ def plan(
             "--no-symmetry chooses a set of poses for every leg by itself; it goes with --design "
             "legs alone",
         )
-        files = (*_PLAN_FILES, _POINTS) if probing else _PLAN_FILES
+        files = (*_POINTS, *_PLAN_FILES) if probing else _PLAN_FILES
         with OutputFiles([*loaded.files, required, measured, columns], overwrite) as outputs:
             folder = outputs.folder(out, *telling.of_files(files))
             stage("sampling the workspace")
@@ -185,7 +185,8 @@ def plan(
             stage("writing the report")
             made.save(folder / "plan.csv")
             if probing:
-                write_bed_points(made, folder / _POINTS)
+                write_bed_points(made, folder / _POINTS[0])
+                (folder / _POINTS[1]).write_text(klipper_points(made), encoding="utf-8")
             write_result(made, telling, document, folder, "plan")
     print_result(made, telling, out, files, document)
 

@@ -10,6 +10,7 @@ from typing import Any
 
 from symkin.errors import ResultsError
 from symkin.estimate.examined import Examined
+from symkin.files.mechanism_file import read_mechanism, shipped_mechanisms
 from symkin.model.mechanism import Mechanism
 from symkin.storage.records import decoded, encoded
 from symkin.storage.results_file import read_results
@@ -23,7 +24,19 @@ def saved(found: Examined) -> dict[str, Any]:
     """Return all fields as plain values: mechanisms, measurements, options and what was found."""
     fields = (each.name for each in dataclasses.fields(found))
     values = {name: getattr(found, name) for name in fields if name != "kept"}
-    return {"version": _VERSION, **encoded(values)}
+    document = {"version": _VERSION, **encoded(values)}
+    for part in ("mechanism", "nominal", "measurements"):
+        if document[part].get("source"):
+            document[part]["source"] = _portable(Path(document[part]["source"]))
+    return document
+
+
+def _portable(source: Path) -> str:
+    """A file as another machine may know it: a shipped name, the way from here, or its name."""
+    own, here = source.resolve(), Path.cwd()
+    if source.stem in shipped_mechanisms() and read_mechanism(source.stem).source == source:
+        return source.stem
+    return (own.relative_to(here) if own.is_relative_to(here) else Path(source.name)).as_posix()
 
 
 def loaded(kind: type[Examined], robot: type[Mechanism], path: str | os.PathLike[str]) -> Any:

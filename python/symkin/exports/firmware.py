@@ -251,9 +251,8 @@ def write_klipper(mechanism: Mechanism, options: ExportOptions) -> Written:
     ):
         lines += [f"[{tower}]", f"angle: {angle:.6f}", f"arm_length: {mm(arm)}"]
         lines += [f"position_endstop: {mm(height)}", ""]
-    lines += ["[delta_calibrate]", f"radius: {mm(_probed_radius(mechanism))}"]
     notes = (_MERGE, *gain_notes(TOWERS, delta.gains, "multiply rotation_distance"))
-    return Written(_commented(notes, lines), notes, loss)
+    return Written(_commented(notes, lines[:-1]), notes, loss)
 
 
 def _rotary(mechanism: Mechanism, options: ExportOptions) -> Written:
@@ -329,14 +328,12 @@ def _nozzle_heights(
     return np.asarray(height + crank * np.sin(raised) - np.sqrt(rod**2 - across**2))
 
 
-def _probed_radius(mechanism: Mechanism) -> float:
-    """Radius of the largest circle about the middle that the workspace's box has room for."""
+def _print_radius(mechanism: Mechanism) -> float | None:
+    """Radius of the largest circle about the middle that the workspace's box has room for, m."""
     assert mechanism.workspace is not None  # or nothing could be fitted
     lower, upper = mechanism.workspace.lower[:2], mechanism.workspace.upper[:2]
     room = min(*(-each for each in lower), *upper)
-    if room <= 0:
-        raise SymkinError("the middle of the bed is not in the workspace; Klipper probes around it")
-    return room
+    return room if room > 0 else None
 
 
 def _commented(notes: tuple[str, ...], lines: list[str]) -> str:
@@ -348,6 +345,9 @@ _RODS = (
     "A, B and C are trims of single rods: Marlin 2.1 knows them, older versions may take B for the "
     "radius that is probed"
 )
+
+
+_REPRAP_RADIUS = "B is the printable radius that the workspace has room for; keep yours if you know"
 
 
 def write_marlin(mechanism: Mechanism, options: ExportOptions) -> Written:
@@ -373,9 +373,11 @@ def write_reprapfirmware(mechanism: Mechanism, options: ExportOptions) -> Writte
     """
     delta, loss = linear_delta(mechanism, options, "RepRapFirmware")
     rods = "L" + ":".join(mm(arm) for arm in delta.arms)
-    height = float(np.mean(delta.heights))
-    last = "; these lines belong into config.g"
-    return _commands(delta, loss, rods, height, delta.heights - height, last)
+    height, radius = float(np.mean(delta.heights)), _print_radius(mechanism)
+    last, above = "; these lines belong into config.g", tuple[str, ...]()
+    if radius is not None:
+        rods, above = f"{rods} B{mm(radius)}", (_REPRAP_RADIUS,)
+    return _commands(delta, loss, rods, height, delta.heights - height, last, above)
 
 
 def _commands(

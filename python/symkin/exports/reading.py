@@ -14,7 +14,7 @@ import json
 import math
 import os
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 from xml.etree import ElementTree as ET
@@ -79,11 +79,22 @@ class Imported(Value):
         Readings and heights that were recorded; None if there are none.
     notes : tuple of str
         What was not read, or assumed.
+    distances : ndarray, shape (n, 7)
+        Distances on printed objects, m, each with the readings of the legs at its ends, those of
+        the first end first.
     """
 
     mechanism: Mechanism = field(private=True)
     measurements: Measurements | None = field(private=True)
     notes: tuple[str, ...]
+    distances: Array = field(private=True, default_factory=lambda: np.zeros((0, 7)))
+
+    @property
+    def distance_columns(self) -> dict[str, Array]:
+        """The distances as columns of a table: ``distance_m``, ``from_psi_1_m``, ..."""
+        legs = range(1, 1 + (self.distances.shape[1] - 1) // 2)
+        names = ["distance_m", *(f"{end}_psi_{leg}_m" for end in ("from", "to") for leg in legs)]
+        return dict(zip(names, self.distances.T, strict=True))
 
 
 def import_mechanism(path: str | os.PathLike[str]) -> Imported:
@@ -357,11 +368,14 @@ def _printer(path: Path) -> Imported:
     )
     printed = config.number("printer", "print_radius", radius, above=0.0)
     notes = [*config.notes, _ASSUMED]
-    measurements, skipped = _records(config)
-    if skipped:
+    measurements, distances = _records(config), _distances(config)
+    lost = sum(1 for _ in config.numbered("delta_calibrate", "distance")) - len(distances)
+    if lost:
+        notes.append(f"{lost} distances of printed objects are left out: they have no positions")
+    if len(distances):
         notes.append(
-            f"{skipped} distances of printed objects were not read: symkin knows distances from "
-            "fixed points alone"
+            f"{len(distances)} distances of printed objects are kept, with the readings at their "
+            "ends; identify does not use them: give it one with --printed"
         )
     mechanism = Mechanism(
         path.stem,
@@ -375,7 +389,7 @@ def _printer(path: Path) -> Imported:
         frames=Frames(plane=(0.0, 0.0, 0.0)),
         identification=IdentificationSettings(free=_UNKNOWN, shared=("base_radius",)),
     )
-    return Imported(mechanism, measurements, tuple(notes))
+    return Imported(mechanism, measurements, tuple(notes), distances)
 
 
 def _workspace(delta: LinearDelta, radius: float) -> WorkspaceSettings:
@@ -397,30 +411,39 @@ def _workspace(delta: LinearDelta, radius: float) -> WorkspaceSettings:
     )
 
 
-def _records(config: _Config) -> tuple[Measurements | None, int]:
-    """What was probed, and how many distances there are besides."""
+def _distances(config: _Config) -> Array:
+    """What DELTA_ANALYZE was told of a printed object: a distance, and where its ends are."""
+    section, rows = "delta_calibrate", []
+    for name in config.numbered(section, "distance"):
+        if not config.has(section, f"{name}_pos1"):
+            continue
+        ends = [config.triple(section, f"{name}_pos{end}") for end in (1, 2)]
+        rows.append((config.number(section, name, above=0.0) * 1e-3, *_ways(config, ends).ravel()))
+    return np.array(rows).reshape(-1, 7)
+
+
+def _ways(config: _Config, steps: Sequence[Sequence[float]]) -> Array:
+    """Ways of the carriages from the endstops, which steps count downwards, m."""
+    ways = np.array([_step(config, tower) for tower in TOWERS])
+    return np.asarray(-np.array(steps) * ways * 1e-3 + 0.0)  # zero is no negative zero
+
+
+def _records(config: _Config) -> Measurements | None:
+    """What was probed."""
     section = "delta_calibrate"
     heights, steps = [], []
     for prefix in ("height", "manual_height"):
         for name in config.numbered(section, prefix):
             heights.append(config.number(section, name))
             steps.append(config.triple(section, f"{name}_pos"))
-    skipped = sum(1 for _ in config.numbered(section, "distance"))
     if not heights:
-        return None, skipped
-    ways = np.array([_step(config, tower) for tower in TOWERS])
-    # Steps count downwards from the endstop; zero is no negative zero.
-    readings = -np.array(steps) * ways * 1e-3 + 0.0
-    unknown = np.full((len(heights), 3), np.nan)
-    return (
-        Measurements.of(
-            unknown,
-            readings,
-            heights=np.array(heights) * 1e-3,
-            pose_space="translating",
-            reading_unit="m",
-        ),
-        skipped,
+        return None
+    return Measurements.of(
+        np.full((len(heights), 3), np.nan),
+        _ways(config, steps),
+        heights=np.array(heights) * 1e-3,
+        pose_space="translating",
+        reading_unit="m",
     )
 
 

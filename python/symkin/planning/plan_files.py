@@ -88,3 +88,9 @@ def write_bed_points(plan: Plan, path: str | os.PathLike[str]) -> None:
     """Write where to probe, in the order of the plan, without spares: ``x_mm,y_mm``."""
     points = np.round(1e3 * plan.poses[~plan.spare, :2], 2)
     write_table(Path(path), {"x_mm": points[:, 0], "y_mm": points[:, 1]})
+
+
+def klipper_points(plan: Plan) -> str:
+    """Return where to probe as the option ``points`` of a section of Klipper's printer.cfg, mm."""
+    points = np.round(1e3 * plan.poses[~plan.spare, :2], 2) + 0.0  # no negative zero
+    return "\n".join(["points:", *(f"  {x:g}, {y:g}" for x, y in points.tolist())]) + "\n"

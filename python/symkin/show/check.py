@@ -7,8 +7,11 @@ import dataclasses
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 from symkin.analysis.checks import CheckResult
 from symkin.analysis.conditions import Condition, Conditions
+from symkin.errors import named_legs
 from symkin.model.chains import legs_in_words
 from symkin.model.file_frames import axis_of_drawing
 from symkin.model.mechanism import Mechanism
@@ -47,6 +50,7 @@ _TITLES = {
     4: "Section 4: symmetrical active-joint workspace",
     5: "Section 5: symmetrical observability",
 }
+_ROUNDING = 1e-9  # m
 _ALWAYS_SHOWN = 10  # deviations
 _SOUND = 10  # condition number at home that needs no word
 
@@ -132,6 +136,7 @@ def _doubts(result: CheckResult) -> list[str]:
 def _notes(result: CheckResult) -> list[str]:
     notes = [result.comparison.sentences[-1]] if result.comparison.sensors != "exact" else []
     notes += held_parameters(result.mechanism)
+    notes += _negative(result)
     notes += _own_frames(result.mechanism)
     notes += _drawn_sideways(result.mechanism) if len(result.orbits) > 1 else []
     conditions = () if result.conditions is None else result.conditions.conditions
@@ -146,6 +151,21 @@ def _notes(result: CheckResult) -> list[str]:
             "not stop the protocol."
         )
     return notes
+
+
+def _negative(result: CheckResult) -> list[str]:
+    """Warn of ways that a carriage or strut stands before its zero at home, as by a wrong sign."""
+    mechanism, readings = result.mechanism, result.home.readings
+    lower, upper = mechanism.reading_limits
+    expected = (np.isfinite(lower) & (lower < 0)) | (upper <= 0)
+    wrong = np.flatnonzero((readings < -_ROUNDING) & ~expected)
+    if mechanism.reading_unit != "m" or not len(wrong):
+        return []
+    shown = ", ".join(milli(float(readings[leg]), "m") for leg in wrong)
+    return [
+        f"{named_legs(wrong)} read less than zero at home ({shown}): mind the sign and the offset "
+        "of the sensor, or say by [joint_limits] that this is meant"
+    ]
 
 
 def _drawn_sideways(mechanism: Mechanism) -> list[str]:

@@ -28,7 +28,12 @@ _NOISY = 1.2  # times the noise, which parameters that are known well add next t
 def evaluation_page(evaluation: Evaluation) -> Page:
     """Tell the errors of a model."""
     name = f"{evaluation.name}: end-effector error" if evaluation.name else "End-effector error"
-    parts = [error_table({"Error": evaluation}), *_closure_table(evaluation), _worst(evaluation)]
+    parts: list[Table | Image] = [
+        error_table({"Error": evaluation}),
+        _map(evaluation),
+        *_closure_table(evaluation),
+        _worst(evaluation),
+    ]
     return Page(
         title=f"{name} over {plural(evaluation.evaluated, 'pose')}",
         verdict=_verdict(evaluation),
@@ -114,7 +119,11 @@ def cross_validation_page(validation: CrossValidation) -> Page:
             for kind, unit in evaluation.space.errors
             for value in (getattr(evaluation, f"{kind}_rms"),)
         ]
-        parts = [error_table({"Error": evaluation}), _worst(evaluation)]
+        parts: list[Table | Image] = [
+            error_table({"Error": evaluation}),
+            _map(evaluation),
+            _worst(evaluation),
+        ]
         sections = [Section("accuracy", "Errors at unseen poses", [ALIGNED], parts)]
     return Page(
         title=f"{validation.name} over {plural(len(validation.residuals), 'pose')}",
@@ -226,6 +235,17 @@ def error_figures(
             plotted("error_map", after.poses, before, after),
         ),
     ]
+
+
+def _map(evaluation: Evaluation) -> Image:
+    """Where the errors are."""
+    (kind, _), *_ = evaluation.space.errors
+    return Image(
+        "errors",
+        f"Map of the {kind} error over the poses.",
+        f"Where the {kind} errors are.",
+        plotted("error_map", evaluation.poses, evaluation),
+    )
 
 
 def _closure_table(evaluation: Evaluation) -> list[Table]:

@@ -83,6 +83,7 @@ def simulation_page(simulation: Simulation) -> Page:
             ("Poses measured", count(len(simulation.measurements.poses)), ""),
             ("Replaced by spares", count(sum(simulation.replaced)), which),
         ],
+        sections=measurements_page(simulation.measurements).sections,
         next_step="identify its parameters",
         next_command=f"symkin identify {typed_name(simulation.nominal)} "
         "{folder}/measurements.csv --out identified",

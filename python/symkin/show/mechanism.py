@@ -10,7 +10,7 @@ interpolates between the nodes.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -32,7 +32,7 @@ from symkin.model.poses import transforms
 from symkin.model.symmetry import SymmetryGroup
 from symkin.present import Group, Image, Movable, Page, Section, Table
 from symkin.show.rendering import summary_html
-from symkin.show.skeleton import drawn_centres, joints_of, outline
+from symkin.show.skeleton import drawn_centres, joints_of, outline, rails_of
 from symkin.show.units import on_paper
 from symkin.show.wording import (
     NONE,
@@ -67,8 +67,11 @@ def mechanism_section(
     *,
     keeps_modes: Collection[str] = (),
     nearly: bool = False,
+    steps: Mapping[str, NDArray[np.float64]] | None = None,
 ) -> Section:
     """Describe a mechanism; it is drawn at home, or else at one of the poses that it reaches.
+
+    It can be stepped through the poses `steps`, each of which has a name.
 
     Drawn are centre and mirrors of `symmetry`, of whose elements some keep the working modes, and
     which the mechanism may have nearly, within its tolerances.
@@ -91,7 +94,8 @@ def mechanism_section(
         f"chain{'s' * mechanism.mixed} {mechanism.chain}, and {_identified(mechanism)}."
     )
     paragraph = " ".join([told, *held_parameters(mechanism)])
-    return Section("mechanism", "Mechanism", [paragraph], [*drawing, *movable(mechanism), settings])
+    parts: list[Table | Image | Movable] = [*drawing, *movable(mechanism, steps), settings]
+    return Section("mechanism", "Mechanism", [paragraph], parts)
 
 
 def _identified(mechanism: Mechanism) -> str:
@@ -322,14 +326,19 @@ _ALPHABET = np.frombuffer(
 )
 _LARGEST, _NONE = 4094, 4095
 _DECADES = 4  # of the condition number
-_BUDGET = 150_000  # characters of all nodes
+_BUDGET, _INTERPOLATED = 118_000, 140_000  # characters of all nodes; of straight legs
 _MOST = 61  # nodes along an axis
 _TRIED = 1000  # poses, for the error of the interpolation
 _STATES = ("inside", "reach", "margin", "limits", "aspect", "conditioning")
 
 
-def movable(mechanism: Mechanism) -> tuple[Movable, ...]:
-    """Return a mechanism that can be moved through its workspace's box; nothing if it has none."""
+def movable(
+    mechanism: Mechanism, steps: Mapping[str, NDArray[np.float64]] | None = None
+) -> tuple[Movable, ...]:
+    """Return a mechanism that can be moved through its workspace's box; nothing if it has none.
+
+    It can be stepped through poses, `steps`, each of which has a name.
+    """
     if mechanism.workspace is None:
         return ()
     names = list(mechanism.space.units)
@@ -341,26 +350,30 @@ def movable(mechanism: Mechanism) -> tuple[Movable, ...]:
         "against the pose; it grows beyond all bounds towards a parallel singularity."
     )
     alternative = f"Drawing of {mechanism.name} that follows the sliders beside it."
-    return (Movable("movable", alternative, caption, lambda: movable_data(mechanism)),)
+    return (Movable("movable", alternative, caption, lambda: movable_data(mechanism, steps)),)
 
 
-def movable_data(mechanism: Mechanism) -> dict[str, Any]:
+def movable_data(
+    mechanism: Mechanism, steps: Mapping[str, NDArray[np.float64]] | None = None
+) -> dict[str, Any]:
     """Return what the page's script needs: a grid of poses, rigid bodies, and what each pose shows.
 
     Axes, the corners of base and platform, each leg's joints, how many of them lie between its
     ends, and the nodes as text: for each a character for its state, two for the logarithm of its
     condition number, for each leg and inner joint two for each of its coordinates, and two for each
-    coordinate of the pose that the legs bind.
+    coordinate of the pose that the legs bind. Of `steps` the pose and the joints themselves.
     """
     home = mechanism.home
     readings = mechanism.inverse_kinematics(home)[0]
     ends = [drawn_centres(mechanism, leg, home, reading) for leg, reading in enumerate(readings)]
     inner = [len(centres) - 2 for centres in ends]
+    rails = rails_of(mechanism, home, readings)
     base = np.array([centres[0] for centres in ends])
     platform = _in_platform(mechanism, np.array([centres[-1] for centres in ends]))
     dimensions = base.shape[1]
     bound = _bound(mechanism)
-    axes = _axes(mechanism, 3 + 2 * (dimensions * sum(inner) + len(bound)))
+    characters = 3 + 2 * (dimensions * sum(inner) + len(bound))
+    axes = _axes(mechanism, (_BUDGET if any(inner) else _INTERPOLATED) // characters)
     # All places of the grid, the last coordinate running fastest.
     nodes = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
     poses = _poses(mechanism, nodes)
@@ -389,6 +402,8 @@ def movable_data(mechanism: Mechanism) -> dict[str, Any]:
             [[joint.kind == "P", joint.actuated] for joint in joints_of(chain)]
             for chain in mechanism.chains
         ],
+        "steps": _steps(mechanism, steps or {}, inner, dimensions),
+        "rails": [None if each is None else _rounded(each) for each in rails],
         "inner": inner,
         "error": _interpolation_error(mechanism, axes, poses) if not any(inner) else 0,
         "offset": np.round(offset, 9).tolist(),
@@ -407,11 +422,11 @@ def _bound(mechanism: Mechanism) -> list[int]:
     return [each for each in range(mechanism.space.dof) if each not in mechanism.free]
 
 
-def _axes(mechanism: Mechanism, characters: int) -> list[Array]:
-    """As many steps as the page can hold, one of them at home, which may be beyond the box."""
+def _axes(mechanism: Mechanism, nodes: int) -> list[Array]:
+    """As many steps as so many nodes allow, one of them at home, which may be beyond the box."""
     settings = mechanism.workspace
     assert settings is not None
-    count = min(_MOST, int((_BUDGET / characters) ** (1 / len(mechanism.free)) + 1e-9))
+    count = min(_MOST, int(nodes ** (1 / len(mechanism.free)) + 1e-9))
     axes = []
     for place in mechanism.free:
         low, high = settings.lower[place], settings.upper[place]
@@ -475,6 +490,28 @@ def _codes(
     whole = np.where(drawn, np.round(np.where(drawn, numbers, 0)), _NONE).astype(np.int64)
     pairs = np.stack([whole // 64, whole % 64], axis=-1).reshape(len(poses), -1)
     return np.hstack([_states(mechanism, poses, readings, inside)[:, None], pairs]), offset, step
+
+
+def _steps(
+    mechanism: Mechanism, steps: Mapping[str, Array], inner: list[int], dimensions: int
+) -> list[dict[str, Any]]:
+    """Of poses to step through what is drawn: the pose, and each leg's joints between its ends."""
+    if not steps:
+        return []
+    poses = np.array(list(steps.values()))
+    readings = mechanism.inverse_kinematics(poses)
+    centres = _inner_centres(mechanism, poses, readings, inner, dimensions)
+    seen = workspace_coordinates(mechanism, poses)
+    ends = np.cumsum(inner)[:-1]
+    return [
+        {
+            "name": name,
+            "pose": np.round(pose, 4).tolist(),
+            "joints": [np.round(own, 4).tolist() for own in np.split(joints, ends)],
+        }
+        for name, pose, joints in zip(steps, seen, centres, strict=True)
+        if np.isfinite(joints).all()
+    ]
 
 
 def _inner_centres(

@@ -23,6 +23,7 @@ from symkin.options import OPTIONS
 from symkin.planning import HeldByPriors, NeededPoses, Plan, PlanBasis, PoseCountCurve, Survey
 from symkin.planning.accuracy import set_name
 from symkin.planning.making import default_design
+from symkin.planning.observing import is_probing
 from symkin.planning.simulation import Simulation
 from symkin.present import Group, Headline, Image, Page, Section, Table
 from symkin.show.images import plotted
@@ -57,6 +58,7 @@ _DESIGNS = {
     "orbits": "whole orbits of poses, which every leg uses",
     "mechanism": "one set of poses for the parameters of all legs at once",
 }
+_STEPS = 200  # poses that the drawing steps through, which the page holds
 _COMBINED = 3  # combinations of unknowns in a sentence
 _NAMED = 12  # names in a sentence
 _COUNTED = 12  # numbers of poses on the first screen
@@ -93,6 +95,12 @@ def plan_page(plan: Plan) -> Page:
     symmetric = basis is not None and basis.symmetrical
     sets = plan.leg_poses()
     surveyed = basis is not None and basis.survey is not None
+    if basis is not None and basis.design == "legs" and _serves_all(basis, mechanism):
+        notes.append(
+            "the legs are alike: with --design orbits "
+            f"{plural(wanted // len(mechanism.legs), 'pose')} would serve all of them, which is "
+            "less to measure, and less accurate"
+        )
     silent = [each.name for each in plan.unknowns if each.deviation > SILENT * each.prior]
     if silent:
         notes.append(f"no better known than their priors say: {_few(silent)}")
@@ -109,7 +117,12 @@ def plan_page(plan: Plan) -> Page:
     ]
     if isinstance(plan.candidates, WorkspaceSample):
         sections.append(workspace_section(mechanism, plan.candidates, plan))
-    sections += [mechanism_section(mechanism, plan.poses[:1]), _sheet_section(plan)]
+    wanted_rows = np.flatnonzero(~plan.spare)[:_STEPS].tolist()
+    steps = {f"row {row + 1}": plan.poses[row] for row in wanted_rows}
+    sections += [
+        mechanism_section(mechanism, plan.poses[:1], steps=steps),
+        _sheet_section(plan),
+    ]
     promised = "" if expected is None else promise(mechanism.space, expected)
     errors = (
         f"{promised} Errors are those of the end effector over the workspace after identification "
@@ -131,6 +144,11 @@ def plan_page(plan: Plan) -> Page:
         next_command=f"symkin identify {typed_name(mechanism)} measurements.csv --out identified",
         sections=sections,
     )
+
+
+def _serves_all(basis: PlanBasis, mechanism: Mechanism) -> bool:
+    """Whether the poses of one leg were carried to all others."""
+    return basis.symmetrical and len(mechanism.legs) > len(basis.choices) == 1
 
 
 def _held(
@@ -262,8 +280,21 @@ def _sheet_section(plan: Plan) -> Section:
     )
     if space.has_quaternion:
         paragraph += " Orientations are rotation vectors."
-    table = Table("Poses in the order of measuring", columns, groups)
-    return Section("sheet", "Lab sheet", [paragraph], [table])
+    parts: list[Table | Image] = [Table("Poses in the order of measuring", columns, groups)]
+    survey = None if plan.basis is None else plan.basis.survey
+    if survey is not None and is_probing(mechanism, survey.observed):
+        parts.insert(0, _bed(plan))
+    return Section("sheet", "Lab sheet", [paragraph], parts)
+
+
+def _bed(plan: Plan) -> Image:
+    """Where the bed is touched."""
+    return Image(
+        "bed",
+        "Map of the points on the bed, numbered.",
+        "Where to touch the bed, in the order of measuring.",
+        plotted("bed_points", plan.poses[~plan.spare, :2]),
+    )
 
 
 def _decimals(unit: str, factor: float) -> int:
@@ -349,7 +380,7 @@ def pose_count_page(curve: PoseCountCurve) -> Page:
     return Page(
         title=f"{mechanism.name}: number of poses",
         subtitle=legs_in_words(mechanism.legs),
-        headlines=[("Enough", str(curve.enough or "more"), "poses a leg"), *ends],
+        headlines=[("Enough", str(curve.enough or "more"), _counted_for(curve)), *ends],
         verdict="doubtful" if doubts else "good",
         judgement=enough + remark,
         doubts=doubts,
@@ -358,6 +389,16 @@ def pose_count_page(curve: PoseCountCurve) -> Page:
         next_command=_plan(curve, curve.enough or int(curve.counts[-1])),
         sections=[_curve_section(curve)],
     )
+
+
+def _counted_for(curve: PoseCountCurve) -> str:
+    """For which design the poses were counted, and how many are measured then."""
+    design = curve.settings["design"] or default_design(curve.survey)
+    told = f"poses a leg, for the design {design}"
+    if curve.enough is None:
+        return told
+    measured = np.interp(curve.enough, curve.counts, curve.measured)
+    return f"{told}: {count(round(float(measured)))} in all"
 
 
 def needed_poses_page(needed: NeededPoses) -> Page:

@@ -34,6 +34,7 @@ _PIPE_WIDTH = 80
 _LEAST_REMARK = 24  # characters
 _SCREEN = 25  # lines of a first screen
 _SHORT = 30  # characters of a caption that heads a column
+_SHORT_NOTE = 3  # lines
 _LEAST_ROWS = 3  # of a table that is cut
 _TYPED = str.maketrans({"\N{NO-BREAK SPACE}": " ", "\N{MINUS SIGN}": "-", "\N{EN DASH}": "-"})
 
@@ -105,7 +106,9 @@ def page_text(page: Page, *, whole: bool = False, folder: str = "") -> str:
     told, left = _fitting(doubts, room - 2 * bool(brief or notes), least=1)
     room -= sum(map(_height, told))
     blocks, more = ["\n".join([*top, *told]), *figures], [plural(left, "doubt")] * bool(left)
-    others = bool(notes) or len(brief) > 1 or bool(left)  # of which a line tells
+    others = 2 * (len(notes) > 1 or len(brief) > 1 or bool(left))  # of which a line tells
+    if notes and _height(notes[0]) <= _SHORT_NOTE:
+        others += _height(notes[0]) + 2  # before the last rows of a table
     for at, table in enumerate(brief):
         text = _cut(table, room - 1 - others)
         if not text:

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin.model.mechanism import Mechanism
+from symkin.model.poses import quaternions_from_rotation_vectors
 
 __all__ = [
     "Joint",
@@ -19,11 +20,13 @@ __all__ = [
     "drawn_centres",
     "joints_of",
     "outline",
+    "rails_of",
     "skeleton_of",
 ]
 
 Array = NDArray[np.float64]
 
+_SEEN = 0.3  # of the characteristic length
 # Radii at which axes of base, elbow and platform are drawn: on a sphere they may coincide.
 _SHELLS = np.array([[1.0], [0.875], [0.75]])
 
@@ -44,17 +47,21 @@ class Joint(NamedTuple):
 class Skeleton(NamedTuple):
     """What is drawn of a mechanism: per leg its joints and their centres, (joints, 2 or 3), m.
 
-    On a sphere they are the joints' axes, and links are arcs between them.
+    On a sphere they are the joints' axes, and links are arcs between them. Of a leg that begins
+    with an actuated carriage `rails` has the ends of its way, shape (2, 2 or 3), of others None.
     """
 
     legs: tuple[Array, ...]
     joints: tuple[tuple[Joint, ...], ...]
     on_sphere: bool = False
+    rails: tuple[Array | None, ...] = ()
 
     @property
     def points(self) -> Array:
         """All joint centres, one a row; of arcs what lies between them, too."""
-        return np.concatenate([arcs(leg) for leg in self.legs] if self.on_sphere else self.legs)
+        if self.on_sphere:
+            return np.concatenate([arcs(leg) for leg in self.legs])
+        return np.concatenate([*self.legs, *(each for each in self.rails if each is not None)])
 
     @property
     def bodies(self) -> dict[str, Array]:
@@ -74,7 +81,37 @@ def skeleton_of(mechanism: Mechanism, pose: Array) -> Skeleton:
         _one_centre_a_joint(drawn_centres(mechanism, leg, pose, reading), len(joints[leg]))
         for leg, reading in enumerate(readings)
     )
-    return Skeleton(legs, joints, on_sphere=not mechanism.space.moves)
+    return Skeleton(legs, joints, not mechanism.space.moves, rails_of(mechanism, pose, readings))
+
+
+def rails_of(mechanism: Mechanism, pose: Array, readings: Array) -> tuple[Array | None, ...]:
+    """The way of each carriage that a leg begins with: to its limits, or as the workspace needs."""
+    ends = _ends(mechanism, readings)
+    return tuple(
+        np.array([drawn_centres(mechanism, leg, pose, end)[1] for end in ends[:, leg].tolist()])
+        if joints_of(chain)[0] == Joint("P", actuated=True)
+        else None
+        for leg, chain in enumerate(mechanism.chains)
+    )
+
+
+def _ends(mechanism: Mechanism, readings: Array) -> Array:
+    """Least and largest reading of each leg, shape (2, legs)."""
+    settings, limits = mechanism.workspace, mechanism.reading_limits
+    taken = readings[np.newaxis]
+    if settings is not None:
+        lower, upper = np.array(settings.lower), np.array(settings.upper)
+        corners = np.array(list(itertools.product(*np.column_stack([lower, upper]).tolist())))
+        if mechanism.space.has_quaternion:
+            turns = quaternions_from_rotation_vectors(corners[:, mechanism.space.size :])
+            corners = np.hstack([corners[:, : mechanism.space.size], turns])
+        if corners.shape[1] == len(mechanism.home):
+            found = mechanism.inverse_kinematics(corners)
+            taken = np.vstack([taken, np.where(np.isfinite(found), found, readings)])
+    reached = np.array([taken.min(axis=0), taken.max(axis=0)])
+    short = np.ptp(reached, axis=0) <= 0  # where no corner is reached: enough to be seen
+    reached += np.where(short, _SEEN, 0.0) * mechanism.characteristic_length * [[-1], [1]]
+    return np.where(np.isfinite(limits), limits, reached)
 
 
 def drawn_centres(mechanism: Mechanism, leg: int, pose: Array, reading: float) -> Array:

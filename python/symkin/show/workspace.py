@@ -89,6 +89,12 @@ def elements_table(
 
 def sample_page(sample: WorkspaceSample) -> Page:
     """Say how many poses were kept, and why the others were not."""
+    image = Image(
+        "poses",
+        "Scatter plots of the poses.",
+        "The poses.",
+        plotted("poses", sample),
+    )
     return Page(
         title=f"{plural(len(sample), 'pose')} of a workspace",
         headlines=[
@@ -96,7 +102,7 @@ def sample_page(sample: WorkspaceSample) -> Page:
             ("Legs", str(sample.readings.shape[1]), f"readings in {sample.reading_unit}"),
             ("Condition number", significant(float(np.median(sample.conditions))), "median"),
         ],
-        sections=[Section("sampling", "Sampling", (), [sampling_table(sample)])],
+        sections=[Section("sampling", "Sampling", (), [sampling_table(sample), image])],
     )
 
 

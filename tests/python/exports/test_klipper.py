@@ -174,8 +174,30 @@ def test_what_was_saved_and_entered_by_hand_counts_and_the_rest_is_said(
     np.testing.assert_allclose(rods, [0.215, 0.215, 0.216])
     assert found.measurements is not None
     assert len(found.measurements.readings) == 5
-    assert any(note.startswith("2 distances of printed objects") for note in found.notes)
+    assert any(note.startswith("2 distances of printed objects are left") for note in found.notes)
     assert any("[include pins.cfg] was not read" in note for note in found.notes)
+
+
+def test_distances_that_were_told_are_kept_with_the_readings_at_their_ends(
+    config: Callable[[str], Path],
+) -> None:
+    ends = np.array([[-30.0, 0.0, 0.2], [35.0, 0.0, 0.2]])
+    steps = stable(BUILT, ends)
+    told = "".join(
+        f"#*# distance0_pos{end} = {','.join(map(str, row))}\n"
+        for end, row in enumerate(steps.tolist(), 1)
+    )
+    saved = f"#*# [delta_calibrate]\n#*# distance0 = 65.1\n{told}"
+    found = import_mechanism(config(MAIN + SAVED + saved))
+    np.testing.assert_allclose(found.distances[:, 0], [0.0651])
+    np.testing.assert_allclose(found.distances[0, 1:], -steps.ravel() * STEP * 1e-3)
+    assert list(found.distance_columns)[:3] == ["distance_m", "from_psi_1_m", "from_psi_2_m"]
+
+
+def test_an_exported_printer_leaves_what_is_probed_to_the_user(made: Callable) -> None:
+    assert (
+        "delta_calibrate" not in symkin.export(made("linear_delta"), "klipper", endstops=0.42).text
+    )
 
 
 def test_a_printer_without_records_needs_no_motors(config: Callable[[str], Path]) -> None:

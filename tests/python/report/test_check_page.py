@@ -3,7 +3,10 @@
 
 import pytest
 
+import symkin
 from symkin.analysis.checks import check_mechanism
+from symkin.model.mechanism import Leg
+from symkin.model.settings import JointLimits
 from symkin.planning.simulation import disturb
 
 CONDITIONS = "The paper's conditions"
@@ -53,3 +56,14 @@ def test_what_breaks_a_near_symmetry_is_listed_largest_first(paper, page_of, tmp
     assert rows[0][0] == f"leg {first.leg + 1}, {first.parameter}"
     assert len(rows) == len(result.comparison.deviations + result.comparison.sensor_deviations)
     assert 'class="verdict doubtful"' in page.source
+
+
+def test_a_strut_that_reads_less_than_zero_at_home_warns():
+    drawn = symkin.load_mechanism("3RPR").replace(joint_limits=JointLimits())
+    legs = [
+        Leg(leg.chain, {**leg.parameters, "sensor_offset": 2.0}, leg.working_mode)
+        for leg in drawn.legs
+    ]
+    for mechanism, warned in ((drawn, False), (drawn.replace(legs=legs), True)):
+        notes = check_mechanism(mechanism).page().notes
+        assert any("read less than zero at home" in note for note in notes) == warned

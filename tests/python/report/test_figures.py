@@ -16,6 +16,8 @@ from matplotlib.figure import Figure
 import symkin
 from symkin import plot
 from symkin.analysis.evaluation import Evaluation
+from symkin.model.settings import JointLimits
+from symkin.show.skeleton import rails_of
 from symkin.show.theme import point_names
 
 # One of each: joints at the base, on the platform, sliding, telescopic, a point platform, space.
@@ -225,3 +227,19 @@ def test_a_notebook_shows_what_a_figures_function_returns_but_not_axes_of_others
         assert shown._repr_svg_().rstrip().endswith("</svg>")
     mine = plot.observability(["a"], [[1]], ax=Figure().subplots())
     assert not hasattr(mine, "_repr_svg_")
+
+
+def test_a_carriage_is_drawn_on_a_rail_that_ends_at_its_limits():
+    slides = symkin.load_mechanism("linear_delta")
+    limited = slides.replace(joint_limits=JointLimits(lower=0.2, upper=0.45))
+    home = limited.inverse_kinematics(limited.home)
+    for rail in rails_of(limited, limited.home, home[0]):
+        np.testing.assert_allclose(rail[:, 2], [0.2, 0.45])
+    for rail in rails_of(slides, slides.home, home[0]):
+        assert rail[0, 2] < home[0, 0] < rail[1, 2]
+    turning = symkin.load_mechanism("3RRR")
+    assert rails_of(turning, turning.home, turning.inverse_kinematics(turning.home)[0]) == (
+        None,
+        None,
+        None,
+    )

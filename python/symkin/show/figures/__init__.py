@@ -54,12 +54,13 @@ from symkin.show.figures.studies import (  # noqa: E402
     study_curves,
     study_protocols,
 )
-from symkin.show.figures.workspaces import active_joints, poses, workspace  # noqa: E402
+from symkin.show.figures.workspaces import active_joints, bed_points, poses, workspace  # noqa: E402
 
 __all__ = [
     "INTERVAL",
     "DrawnSymmetry",
     "active_joints",
+    "bed_points",
     "chosen_readings",
     "dependence",
     "error_histogram",

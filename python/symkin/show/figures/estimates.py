@@ -349,7 +349,7 @@ def error_histogram(
 def error_map(
     poses: ArrayLike | WorkspaceSample,
     before: Evaluation,
-    after: Evaluation,
+    after: Evaluation | None = None,
     *,
     figure: FigureBase | None = None,
 ) -> FigureBase:
@@ -364,7 +364,7 @@ def error_map(
     poses : array_like, shape (N, coordinates), or WorkspaceSample
         Those of both evaluations. Where they are many, a cell shows their root mean square.
     before, after : Evaluation
-        With the nominal and the calibrated mechanism.
+        With the nominal and the calibrated mechanism; one alone is that of any model.
     figure : Figure or SubFigure, optional
         Where to draw, by default in a new one.
 
@@ -373,19 +373,21 @@ def error_map(
     Figure or SubFigure
     """
     rows = np.asarray(poses.poses if isinstance(poses, WorkspaceSample) else poses, dtype=float)
-    rows = shown_of(after.space, rows)
-    panels = _map_panels(rows, after.space)
-    (kind, unit), *_ = after.space.errors
-    figure = new_figure(8.6, 3.4 if len(panels) == 1 else 5.4, figure)
+    rows = shown_of(before.space, rows)
+    panels = _map_panels(rows, before.space)
+    (kind, unit), *_ = before.space.errors
+    states = {"": before} if after is None else {"before": before, "after": after}
+    flat = len(panels) == 1
+    figure = new_figure(8.6, 3.4 if flat or after is None else 5.4, figure)
     columns = range(len(panels))
-    places = figure.add_gridspec(*((1, 2) if len(panels) == 1 else (2, len(panels))))
-    grid = [[places[row * len(panels) + column] for column in columns] for row in range(2)]
+    places = figure.add_gridspec(*((1, len(states)) if flat else (len(states), len(panels))))
+    factor, told = small(unit)
     first: Axes | None = None
-    for state, evaluation, row in zip(("before", "after"), (before, after), grid, strict=True):
-        factor, told = small(unit)
+    for row, (state, evaluation) in enumerate(states.items()):
+        grid = [places[row * len(panels) + column] for column in columns]
         sizes = factor * _error_sizes(evaluation)[0]
-        label = f"{kind} error\n{state}, {told}"
-        first = _draw_row(figure, row, panels, rows, sizes, label, first)
+        label = f"{kind} error\n{state}, {told}" if state else f"{kind} error, {told}"
+        first = _draw_row(figure, grid, panels, rows, sizes, label, first)
     return figure
 
 

@@ -40,7 +40,7 @@ from symkin.show.figures.style import (
     thinned,
 )
 from symkin.show.skeleton import Joint, Skeleton, arcs, skeleton_of
-from symkin.show.theme import ACCENT, BEFORE, INK, PAPER
+from symkin.show.theme import ACCENT, BEFORE, INK, LINE, PAPER
 from symkin.show.wording import setting
 
 _BODIES = {"base": "#BDBDBD", "platform": "#8FB8DE"}
@@ -147,8 +147,16 @@ def _draw_leg(axes: Any, skeleton: Skeleton, leg: int, centres: Array) -> None:
     colour = leg_style(leg).colour
     shown = slice(None) if isinstance(axes, Axes3D) else slice(2)
     links = arcs(centres) if skeleton.on_sphere else centres
+    joints = list(zip(skeleton.joints[leg], centres[:, shown], strict=True))
+    rail = skeleton.rails[leg] if skeleton.rails else None
+    if rail is not None:
+        # The carriage stands where its leg begins, and joins the next joint there.
+        axes.plot(*rail[:, shown].T, color=LINE, linewidth=5, alpha=0.5, zorder=2, marker="|")
+        links, joints = centres[1:], [(joints[0][0], centres[1, shown]), *joints[1:]]
+    elif len(joints) > 2 and joints[1][0] == Joint("P", actuated=True):  # a cylinder and its rod
+        axes.plot(*links[:2, shown].T, color=colour, linewidth=6, alpha=0.45, zorder=2)
     axes.plot(*links[:, shown].T, color=colour, linewidth=2.4, solid_capstyle="round", zorder=3)
-    for joint, centre in zip(skeleton.joints[leg], centres[:, shown], strict=True):
+    for joint, centre in joints:
         axes.plot(
             *([value] for value in centre),
             markerfacecolor=colour if joint.actuated else PAPER,

@@ -30,6 +30,7 @@ from symkin.model.poses import POSE_SPACES, PoseSpace, space_named, vectors_from
 from symkin.show.figures.style import (
     COLOUR_MAP,
     DARK,
+    SMALL,
     SUBSCRIPTS,
     Array,
     colour_bar,
@@ -38,11 +39,18 @@ from symkin.show.figures.style import (
     leg_style,
     legend_below,
     new_figure,
+    own_axes,
     sign,
     spatial_axes,
     thinned,
 )
-from symkin.show.theme import ACCENT, INK, PAPER
+from symkin.show.theme import (
+    ACCENT,
+    INK,
+    LINE,
+    PAPER,
+)
+from symkin.show.units import on_paper
 
 _SIZES = {"planar": (8.6, 4.2), "point": (4.6, 4.4)}  # inches
 _SIZE_IN_SPACE = (8.8, 3.7)
@@ -80,6 +88,32 @@ def views_of(space: PoseSpace) -> tuple[View, ...]:
 def shown_of(space: PoseSpace, poses: Array) -> Array:
     """What the views show of poses: the arrays themselves, or rotation vectors."""
     return poses if space.moves else vectors_from_quaternions(poses)
+
+
+def bed_points(points: ArrayLike, *, ax: Axes | None = None) -> Axes:
+    """Draw where a probe touches a bed, numbered in the order of measuring.
+
+    Parameters
+    ----------
+    points : array_like, shape (N, 2)
+        x and y, m.
+    ax : Axes, optional
+        Where to draw, by default in a new figure.
+
+    Returns
+    -------
+    Axes
+    """
+    factor, unit = on_paper("m")
+    places = factor * np.asarray(points, dtype=float)
+    axes = own_axes(ax, 5.4, 5.0, x=f"x, {unit}", y=f"y, {unit}")
+    axes.plot(*places.T, color=LINE, linewidth=0.8, zorder=1)
+    axes.plot(*places.T, "o", color=ACCENT, markersize=4, zorder=2)
+    style: dict[str, Any] = {"textcoords": "offset points", "fontsize": SMALL, "color": INK}
+    for number, place in enumerate(places.tolist(), 1):
+        axes.annotate(str(number), place, xytext=(4, 4), **style)
+    axes.set_aspect("equal", adjustable="datalim")
+    return axes
 
 
 def poses(

@@ -14,6 +14,7 @@ function movable(figure) {
   const room = 2 * data.dimensions; // characters of a joint
   const width = 3 + room * allInner + 2 * data.bound.length;
   const place = [...data.home]; // on each axis, in nodes
+  let step = -1; // of the planned poses, which are drawn as they are
   const view = { azimuth: -65, elevation: 22 };
 
   const svg = figure.querySelector("svg");
@@ -58,6 +59,7 @@ function movable(figure) {
 
   // All coordinates: those of the sliders, and those that the legs bind.
   function poseNow() {
+    if (step >= 0) return data.steps[step].pose;
     const pose = [];
     data.free.forEach((coordinate, k) => { pose[coordinate] = value(k); });
     const nodes = about();
@@ -116,6 +118,7 @@ function movable(figure) {
   }
 
   function innerJoints(leg) {
+    if (step >= 0) return data.steps[step].joints[leg];
     const before = inner.slice(0, leg).reduce((sum, each) => sum + each, 0);
     const start = at(place) + 3 + room * before;
     const joints = [];
@@ -217,9 +220,14 @@ function movable(figure) {
         continue;
       }
       const centres = spread([data.base[leg], ...between, platform[leg]], leg);
+      const rail = data.rails[leg];
+      if (rail) {
+        parts.push(`<polyline class="rail" points="${listed(rail)}"/>`);
+      }
+      const marked = rail ? [centres[1], ...centres.slice(1)] : centres; // carriage, not foot
       parts.push(
         `<g class="leg" stroke="${colour(leg)}"><polyline points="${listed(data.moves ? centres : arcs(centres))}"/>` +
-        `${centres.map((each, j) => drawnJoint(data.joints[leg][j], each, leg)).join("")}</g>${name}`);
+        `${marked.map((each, j) => drawnJoint(data.joints[leg][j], each, leg)).join("")}</g>${name}`);
     }
     if (!spatial) {
       const [x, y] = screen(moved([[0, 0]])[0]);
@@ -241,6 +249,12 @@ function movable(figure) {
   };
 
   function say(lost) {
+    if (step >= 0) {
+      state.dataset.state = bar.parentElement.dataset.state = "inside";
+      state.textContent = `Planned ${data.steps[step].name}, ${step + 1} of ${data.steps.length}.`;
+      bar.style.width = "0";
+      return;
+    }
     const nodes = about();
     const states = new Set(nodes.map(([node]) => data.states[code.get(data.nodes[node])]));
     const key = states.size > 1 ? "edge" : [...states][0];
@@ -281,7 +295,7 @@ function movable(figure) {
       : `${(1e3 * value(k)).toFixed(0)}\u00a0mm`;
     const finest = free ? 0.05 : 1;
     sliders.push(control(name, 0, values.length - 1, finest, place[k], show,
-      (number) => { place[k] = number; }));
+      (number) => { place[k] = number; step = -1; }));
   });
   if (spatial) {
     control("turn view", -180, 180, 1, view.azimuth, () => `${view.azimuth}\u00b0`,
@@ -292,9 +306,21 @@ function movable(figure) {
   const go = () => sliders.forEach(({ input, refresh }, k) => { input.value = place[k]; refresh(); });
   figure.querySelector("button").addEventListener("click", () => {
     data.home.forEach((each, k) => { place[k] = each; });
+    step = -1;
     go();
     draw();
   });
+  if (data.steps.length) {
+    [["\u2190 pose", -1], ["pose \u2192", 1]].forEach(([label, way]) => {
+      const button = document.createElement("button");
+      Object.assign(button, { type: "button", textContent: label });
+      button.addEventListener("click", () => {
+        step = (Math.max(step, way < 0 ? 0 : -1) + way + data.steps.length) % data.steps.length;
+        draw();
+      });
+      figure.querySelector("button").parentElement.insertBefore(button, figure.querySelector(".measure"));
+    });
+  }
 
   let dragged = false;
   svg.addEventListener("pointerdown", (event) => {
@@ -308,6 +334,7 @@ function movable(figure) {
       svg.getScreenCTM().inverse());
     const wanted = [
       (point.x - margin) / scale + box[0][0], (high - margin - point.y) / scale + box[1][0]];
+    step = -1;
     wanted.forEach((coordinate, k) => {
       const distances = axes[k].values.map((each) => Math.abs(each - coordinate));
       place[k] = distances.indexOf(Math.min(...distances));
