@@ -489,7 +489,9 @@ def _urdf_links(root: Element, body: Body, size: float) -> None:
         others = dict.fromkeys(("ixy", "ixz", "iyz"), "0")
         SubElement(inertial, "inertia", dict.fromkeys(_MOMENTS, _moment(size)) | others)
         kind = _URDF_KINDS[joint.kind]
-        element = SubElement(root, "joint", name=joint.name, type=kind)
+        # Some readers want one name space for links and joints.
+        called = f"{name}_joint" if joint.name == name else joint.name
+        element = SubElement(root, "joint", name=called, type=kind)
         SubElement(element, "parent", link=parent)
         SubElement(element, "child", link=name)
         place, angles = _roll_pitch_yaw(frame)
