@@ -229,8 +229,10 @@ void bind_joint(py::module_& module) {
   using symkin::Gauge;
   using symkin::JointFit;
   using symkin::JointOptions;
+  using symkin::LegCovariate;
   using symkin::Observations;
   using symkin::Observed;
+  using symkin::ObservedRows;
   using symkin::RowFit;
   using symkin::Setup;
 
@@ -245,33 +247,76 @@ void bind_joint(py::module_& module) {
       .def_readonly("position", &Frame::position)
       .def_readonly("rotation", &Frame::rotation);
   py::class_<Setup>(module, "Setup")
-      .def(py::init([](const symkin::Mechanism& mechanism, const symkin::RowMatrix& curvature,
-                       const Frame& base, const Frame& target, const symkin::RowMatrix& points,
-                       const symkin::RowMatrix& anchors, const symkin::Vector& plane) {
-             Setup setup = Setup::of(mechanism);
-             if (curvature.rows() != setup.curvature.rows() || curvature.cols() != 3 ||
-                 points.cols() != 3 || anchors.cols() != 3 || plane.size() != 3) {
-               throw symkin::InvalidInput(
-                   "expected the curvature as legs x 3, points and anchors as n x 3, the plane as "
-                   "3");
-             }
-             setup.curvature = curvature;
-             setup.base = base;
-             setup.target = target;
-             setup.points = points;
-             setup.anchors = anchors;
-             setup.plane = plane;
-             return setup;
-           }),
-           py::arg("mechanism"), py::arg("curvature"), py::arg("base"), py::arg("target"),
-           py::arg("points"), py::arg("anchors"), py::arg("plane"))
+      .def(
+          py::init([](const symkin::Mechanism& mechanism, const symkin::RowMatrix& curvature,
+                      const Frame& base, const Frame& target, const symkin::RowMatrix& points,
+                      const symkin::RowMatrix& anchors, const symkin::Vector& plane,
+                      const std::vector<std::pair<std::string, bool>>& leg_covariates,
+                      const symkin::RowMatrix& leg_slopes, std::vector<std::string> base_covariates,
+                      const symkin::RowMatrix& base_slopes) {
+            Setup setup = Setup::of(mechanism);
+            if (curvature.rows() != setup.curvature.rows() || curvature.cols() != 3 ||
+                points.cols() != 3 || anchors.cols() != 3 || plane.size() != 3) {
+              throw symkin::InvalidInput(
+                  "expected the curvature as legs x 3, points and anchors as n x 3, the plane as "
+                  "3");
+            }
+            const auto fit = [](const symkin::RowMatrix& slopes, symkin::Index rows,
+                                symkin::Index columns) {
+              return slopes.size() == rows * columns &&
+                     (slopes.size() == 0 || slopes.cols() == columns);
+            };
+            const auto of_legs = static_cast<symkin::Index>(leg_covariates.size());
+            const auto of_base = static_cast<symkin::Index>(base_covariates.size());
+            if (!fit(leg_slopes, mechanism.leg_count(), of_legs) || !fit(base_slopes, of_base, 6)) {
+              throw symkin::InvalidInput(
+                  "expected the slopes as legs x covariates of legs, and covariates of the base x "
+                  "6");
+            }
+            for (const auto& [name, lengths] : leg_covariates) {
+              setup.leg_covariates.push_back(
+                  {name, lengths ? LegCovariate::Of::lengths : LegCovariate::Of::reading});
+            }
+            if (of_legs > 0) {
+              setup.leg_slopes = leg_slopes;
+            }
+            setup.base_covariates = std::move(base_covariates);
+            if (of_base > 0) {
+              setup.base_slopes = base_slopes;
+            }
+            setup.curvature = curvature;
+            setup.base = base;
+            setup.target = target;
+            setup.points = points;
+            setup.anchors = anchors;
+            setup.plane = plane;
+            return setup;
+          }),
+          py::arg("mechanism"), py::arg("curvature"), py::arg("base"), py::arg("target"),
+          py::arg("points"), py::arg("anchors"), py::arg("plane"),
+          py::arg("leg_covariates") = std::vector<std::pair<std::string, bool>>(),
+          py::arg("leg_slopes") = symkin::RowMatrix(),
+          py::arg("base_covariates") = std::vector<std::string>(),
+          py::arg("base_slopes") = symkin::RowMatrix())
       .def_readonly("parameters", &Setup::parameters)
       .def_readonly("curvature", &Setup::curvature)
       .def_readonly("base", &Setup::base)
       .def_readonly("target", &Setup::target)
       .def_readonly("points", &Setup::points)
       .def_readonly("anchors", &Setup::anchors)
-      .def_readonly("plane", &Setup::plane);
+      .def_readonly("plane", &Setup::plane)
+      .def_property_readonly("leg_covariates",
+                             [](const Setup& setup) {
+                               std::vector<std::pair<std::string, bool>> covariates;
+                               for (const LegCovariate& each : setup.leg_covariates) {
+                                 covariates.emplace_back(each.name,
+                                                         each.of == LegCovariate::Of::lengths);
+                               }
+                               return covariates;
+                             })
+      .def_readonly("leg_slopes", &Setup::leg_slopes)
+      .def_readonly("base_covariates", &Setup::base_covariates)
+      .def_readonly("base_slopes", &Setup::base_slopes);
   module.def("unknown_names", &symkin::unknown_names, py::arg("mechanism"), py::arg("setup"));
 
   py::class_<Observed>(module, "Observed")
@@ -283,18 +328,26 @@ void bind_joint(py::module_& module) {
       .def_readonly("deviations", &Observed::deviations);
   py::class_<Observations>(module, "Observations")
       .def(py::init([](Observed readings, Observed poses, Observed reported, Observed points,
-                       Observed distances, Observed heights) {
-             return Observations{std::move(readings), std::move(poses),     std::move(reported),
-                                 std::move(points),   std::move(distances), std::move(heights)};
+                       Observed distances, Observed heights, symkin::RowMatrix leg_covariates,
+                       symkin::RowMatrix base_covariates) {
+             return Observations{std::move(readings),       std::move(poses),
+                                 std::move(reported),       std::move(points),
+                                 std::move(distances),      std::move(heights),
+                                 std::move(leg_covariates), std::move(base_covariates)};
            }),
            py::arg("readings"), py::arg("poses"), py::arg("reported"), py::arg("points"),
-           py::arg("distances"), py::arg("heights"));
+           py::arg("distances"), py::arg("heights"),
+           py::arg("leg_covariates") = symkin::RowMatrix(),
+           py::arg("base_covariates") = symkin::RowMatrix());
 
   module.def("starting_poses", &symkin::starting_poses, py::arg("mechanism"), py::arg("setup"),
              py::arg("observations"), py::arg("home"), ReleaseGil());
   module.def("with_starting_frames", &symkin::with_starting_frames, py::arg("mechanism"),
              py::arg("setup"), py::arg("observations"), py::arg("home"), py::arg("base"),
              py::arg("target"), ReleaseGil());
+  py::class_<ObservedRows>(module, "ObservedRows")
+      .def_readonly("jacobian", &ObservedRows::jacobian)
+      .def_readonly("residual", &ObservedRows::residual);
   module.def(
       "observed_rows",
       [](const symkin::Mechanism& mechanism, const Setup& setup, const Observations& observations,

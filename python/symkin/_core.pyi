@@ -541,7 +541,7 @@ class Observability:
     def singular_values(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
         ...
 class Observations:
-    def __init__(self, readings: Observed, poses: Observed, reported: Observed, points: Observed, distances: Observed, heights: Observed) -> None:
+    def __init__(self, readings: Observed, poses: Observed, reported: Observed, points: Observed, distances: Observed, heights: Observed, leg_covariates: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] = ..., base_covariates: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] = ...) -> None:
         ...
 class Observed:
     def __init__(self, values: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], deviations: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"]) -> None:
@@ -817,7 +817,7 @@ class SelectionOptions:
     def time_limit_s(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
 class Setup:
-    def __init__(self, mechanism: Mechanism, curvature: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], base: Frame, target: Frame, points: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], anchors: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], plane: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"]) -> None:
+    def __init__(self, mechanism: Mechanism, curvature: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], base: Frame, target: Frame, points: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], anchors: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], plane: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], leg_covariates: collections.abc.Sequence[tuple[str, bool]] = [], leg_slopes: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] = ..., base_covariates: collections.abc.Sequence[str] = [], base_slopes: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] = ...) -> None:
         ...
     @property
     def anchors(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
@@ -826,7 +826,19 @@ class Setup:
     def base(self) -> Frame:
         ...
     @property
+    def base_covariates(self) -> list[str]:
+        ...
+    @property
+    def base_slopes(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        ...
+    @property
     def curvature(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+        ...
+    @property
+    def leg_covariates(self) -> list[tuple[str, bool]]:
+        ...
+    @property
+    def leg_slopes(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
         ...
     @property
     def parameters(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:

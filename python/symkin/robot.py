@@ -88,7 +88,7 @@ class Robot(Mechanism):
         minimum_distance: float = 0.0,
         margin_sigmas: float = 3.0,
         symmetry: bool = True,
-        visit: Visit = "travel",
+        visit: Visit = "there_and_back",
         spares: int | None = None,
         time_limit: float | None = None,
         threads: int = 0,
@@ -126,9 +126,10 @@ class Robot(Mechanism):
         actual: MechanismGiven | None = None,
         *,
         observe: Observed | Observable = "pose",
+        changes: Mapping[str, float | str] | None = None,
     ) -> Simulation:
         """Return `symkin.simulate` of a robot of this drawing that takes a plan's poses."""
-        return simulate(self, plan, seed, actual, observe=observe)
+        return simulate(self, plan, seed, actual, observe=observe, changes=changes)
 
     def identify(
         self,
@@ -150,6 +151,10 @@ class Robot(Mechanism):
         gauge: Gauge | None = None,
         loss_per: LossPer | None = None,
         assume: Mapping[str, float | str] | None = None,
+        drift: Sequence[str] | None = None,
+        step: Sequence[str | int] | str | int | None = None,
+        growth: bool | None = None,
+        backlash: bool | None = None,
     ) -> Estimate[Self]:
         """Return `symkin.identify` from measurements, with it as the nominal mechanism."""
         return identify(
@@ -171,6 +176,10 @@ class Robot(Mechanism):
             gauge=gauge,
             loss_per=loss_per,
             assume=assume,
+            drift=drift,
+            step=step,
+            growth=growth,
+            backlash=backlash,
         )
 
     def evaluate(

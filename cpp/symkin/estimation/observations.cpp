@@ -35,6 +35,18 @@ void check_observed(const Observed& observed, const char* what, Index poses, Ind
   }
 }
 
+void check_covariates(const RowMatrix& values, const char* whose, Index poses, Index columns) {
+  if (values.cols() == 0) {
+    return;  // all are zero
+  }
+  if (values.rows() != poses || values.cols() != columns || !values.allFinite()) {
+    throw InvalidInput("the covariates of " + std::string(whose) + " are " +
+                       std::to_string(values.rows()) + " x " + std::to_string(values.cols()) +
+                       "; expected finite ones, " + std::to_string(poses) + " x " +
+                       std::to_string(columns));
+  }
+}
+
 }  // namespace
 
 Observed Observed::of(const std::vector<Index>& poses) const {
@@ -50,8 +62,11 @@ bool Observations::any(Index pose) const {
 }
 
 Observations Observations::of(const std::vector<Index>& some) const {
-  return {readings.of(some), poses.of(some),     reported.of(some),
-          points.of(some),   distances.of(some), heights.of(some)};
+  const auto rows = [&](const RowMatrix& all) {
+    return all.cols() > 0 ? RowMatrix(all(some, kAll)) : RowMatrix();
+  };
+  return {readings.of(some),  poses.of(some),   reported.of(some),    points.of(some),
+          distances.of(some), heights.of(some), rows(leg_covariates), rows(base_covariates)};
 }
 
 void Observations::check(const Mechanism& mechanism, const Setup& setup) const {
@@ -78,6 +93,8 @@ void Observations::check(const Mechanism& mechanism, const Setup& setup) const {
       check_observed(kind.observed, kind.what, n, kind.columns, kind.deviations);
     }
   }
+  check_covariates(leg_covariates, "the legs", n, setup.leg_slopes.size());
+  check_covariates(base_covariates, "the base", n, setup.base_slopes.rows());
   if (heights.any() && position_size(space) != 3) {
     throw InvalidInput("heights above a plane are for platforms that move in space; this one is " +
                        std::string(to_string(space)));

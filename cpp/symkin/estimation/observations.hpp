@@ -30,6 +30,9 @@ struct Observations {
   Observed points;     // N x (points * dimensions), device's frame
   Observed distances;  // N x anchors, from the target
   Observed heights;    // N x 1, of the target above the plane: 0 where a probe touches it
+  // The covariates that the slopes of the setup multiply, known exactly: of the legs' slopes k
+  // blocks of N x legs side by side, and N x k of the base's. Without columns all are zero.
+  RowMatrix leg_covariates, base_covariates;
 
   Index count() const { return readings.values.rows(); }
   bool any(Index pose) const;  // whether anything was observed there

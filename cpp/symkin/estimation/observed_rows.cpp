@@ -26,25 +26,30 @@ class Linearised {
         observations_(observations),
         layout_(layout),
         poses_(poses),
-        jacobians_(static_cast<std::size_t>(poses.rows())) {
+        jacobians_(static_cast<std::size_t>(poses.rows())),
+        residuals_(jacobians_.size()) {
     constexpr Index kBlock = 1024;  // poses whose linearisations are held together
     for (Index first = 0; first < poses.rows(); first += kBlock) {
       linearise(first, std::min(kBlock, poses.rows() - first));
     }
   }
 
-  RowMatrix rows() const {
+  ObservedRows rows() const {
     Index r = 0;
     for (const RowMatrix& jacobian : jacobians_) {
       r = std::max(r, jacobian.rows());
     }
-    RowMatrix all = RowMatrix::Zero(poses_.rows() * r, layout_.columns());
+    constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+    ObservedRows all{RowMatrix::Zero(poses_.rows() * r, layout_.columns()),
+                     Vector::Zero(poses_.rows() * r)};
     for (Index i = 0; i < poses_.rows(); ++i) {
       const RowMatrix& jacobian = jacobians_[static_cast<std::size_t>(i)];
       if (jacobian.cols() == 0) {
-        all.middleRows(i * r, r).setConstant(std::numeric_limits<double>::quiet_NaN());
+        all.jacobian.middleRows(i * r, r).setConstant(kNone);
+        all.residual.segment(i * r, r).setConstant(kNone);
       } else {
-        all.middleRows(i * r, jacobian.rows()) = jacobian;
+        all.jacobian.middleRows(i * r, jacobian.rows()) = jacobian;
+        all.residual.segment(i * r, jacobian.rows()) = residuals_[static_cast<std::size_t>(i)];
       }
     }
     return all;
@@ -72,7 +77,9 @@ class Linearised {
     }
     for (Index i = 0; i < count; ++i) {
       if (!aside[static_cast<std::size_t>(i)]) {
-        jacobians_[static_cast<std::size_t>(first + i)] = problem.linear(i).jacobian;
+        LinearPose pose = problem.linear(i);
+        jacobians_[static_cast<std::size_t>(first + i)] = std::move(pose.jacobian);
+        residuals_[static_cast<std::size_t>(first + i)] = std::move(pose.conditions);
       }
     }
   }
@@ -83,12 +90,14 @@ class Linearised {
   const Layout& layout_;
   const ConstRows& poses_;
   std::vector<RowMatrix> jacobians_;  // without columns where there is none
+  std::vector<Vector> residuals_;
 };
 
 }  // namespace
 
-RowMatrix observed_rows(const Mechanism& mechanism, const Setup& setup,
-                        const Observations& observations, const Layout& layout, ConstRows poses) {
+ObservedRows observed_rows(const Mechanism& mechanism, const Setup& setup,
+                           const Observations& observations, const Layout& layout,
+                           ConstRows poses) {
   layout.check(mechanism, setup);
   observations.check(mechanism, setup);
   if (poses.rows() != observations.count() ||

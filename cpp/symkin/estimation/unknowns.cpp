@@ -17,6 +17,16 @@ bool has_straight_sensor(const ChainInfo& chain) {
          }) == LinearSensor::kParameters;
 }
 
+Vector along(const Setup& setup, Index leg, const RowMatrix& covariates, LegCovariate::Of of) {
+  Vector sum = Vector::Zero(covariates.rows());
+  for (Index k = 0; covariates.cols() > 0 && k < setup.leg_slopes.cols(); ++k) {
+    if (setup.leg_covariates[static_cast<std::size_t>(k)].of == of) {
+      sum += setup.leg_slopes(leg, k) * covariates.col(k * setup.leg_slopes.rows() + leg);
+    }
+  }
+  return sum;
+}
+
 constexpr const char* kAxes[] = {"x", "y", "z", "rx", "ry", "rz"};
 
 }  // namespace
@@ -27,6 +37,8 @@ Setup Setup::of(const Mechanism& mechanism) {
   setup.curvature = RowMatrix::Zero(mechanism.leg_count(), UnknownList::kCurvature);
   setup.points.resize(0, 3);
   setup.anchors.resize(0, 3);
+  setup.leg_slopes.resize(mechanism.leg_count(), 0);
+  setup.base_slopes.resize(0, 6);
   return setup;
 }
 
@@ -44,11 +56,25 @@ double Setup::model_reading(Index leg, double reading) const {
   return (curved.active_joint(reading) - curved.straight.offset) / curved.straight.gain;
 }
 
+Vector Setup::reading_shifts(Index leg, const RowMatrix& covariates) const {
+  return along(*this, leg, covariates, LegCovariate::Of::reading);
+}
+
+Vector Setup::growths(Index leg, const RowMatrix& covariates) const {
+  return along(*this, leg, covariates, LegCovariate::Of::lengths);
+}
+
+Frame Setup::base_at(const Eigen::Ref<const Eigen::RowVectorXd>& covariates) const {
+  return moved(base, (covariates * base_slopes).transpose());
+}
+
 UnknownList::UnknownList(const Setup& setup)
     : legs_(setup.parameters.rows()),
       parameters_(setup.parameters.cols()),
+      leg_slopes_(setup.leg_slopes.cols()),
       points_(setup.points.rows()),
-      anchors_(setup.anchors.rows()) {}
+      anchors_(setup.anchors.rows()),
+      base_slopes_(setup.base_slopes.rows()) {}
 
 std::vector<std::string> unknown_names(const Mechanism& mechanism, const Setup& setup) {
   const UnknownList list(setup);
@@ -68,11 +94,17 @@ std::vector<std::string> unknown_names(const Mechanism& mechanism, const Setup& 
     for (const ParameterInfo& term : CurvedSensor::kCurvatureInfos) {
       set(scalar++, block + std::string(term.name));
     }
+    for (std::size_t k = 0; k < setup.leg_covariates.size(); ++k) {
+      set(list.leg_slope(leg) + static_cast<Index>(k), block + setup.leg_covariates[k].name);
+    }
   }
   for (const Index slot : frame_slots(space)) {
     const std::string axis = planar && slot == 5 ? "phi" : kAxes[slot];
     set(list.base() + slot, "base." + axis);
     set(list.target() + slot, "target." + axis);
+    for (std::size_t i = 0; i < setup.base_covariates.size(); ++i) {
+      set(list.base_slope(static_cast<Index>(i)) + slot, setup.base_covariates[i] + "." + axis);
+    }
   }
   for (Index axis = 0; axis < position_size(space); ++axis) {
     for (Index i = 0; i < setup.points.rows(); ++i) {
@@ -88,6 +120,12 @@ std::vector<std::string> unknown_names(const Mechanism& mechanism, const Setup& 
   return names;
 }
 
+bool is_length(const ChainInfo& chain, const ParameterInfo& parameter) {
+  const ParameterKind kind = parameter.role.kind;
+  return !chain.is_angular(parameter) && kind != ParameterKind::gain && !is_constant(kind) &&
+         kind != ParameterKind::absent;
+}
+
 double longest_length(const Mechanism& mechanism, const Setup& setup) {
   double longest = 0;
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
@@ -95,8 +133,7 @@ double longest_length(const Mechanism& mechanism, const Setup& setup) {
     for (std::size_t i = 0; i < chain.parameters.size(); ++i) {
       const ParameterInfo& parameter = chain.parameters[i];
       const double value = std::abs(setup.parameters(leg, static_cast<Index>(i)));
-      if (!chain.is_angular(parameter) && parameter.role.kind != ParameterKind::gain &&
-          !is_constant(parameter.role.kind) && std::isfinite(value)) {
+      if (is_length(chain, parameter) && std::isfinite(value)) {
         longest = std::max(longest, value);
       }
     }
@@ -124,11 +161,18 @@ Vector natural_sizes(const Mechanism& mechanism, const Setup& setup) {
     const double joint = is_angle(chain.active_joint) ? 1 : length;
     sizes.segment(list.curvature(leg), UnknownList::kCurvature) << gain * gain / joint, joint,
         joint;
+    for (std::size_t k = 0; k < setup.leg_covariates.size(); ++k) {
+      const bool reads = setup.leg_covariates[k].of == LegCovariate::Of::reading;
+      sizes[list.leg_slope(leg) + static_cast<Index>(k)] = reads && gain > 0 ? joint / gain : 1;
+    }
   }
   for (const Index frame : {list.base(), list.target()}) {
     sizes.segment(frame + 3, 3).setOnes();
   }
-  sizes.tail(2).setOnes();  // of the plane
+  sizes.segment(list.plane() + 1, 2).setOnes();
+  for (Index i = 0; i < setup.base_slopes.rows(); ++i) {
+    sizes.segment(list.base_slope(i) + 3, 3).setOnes();
+  }
   return sizes;
 }
 
@@ -216,6 +260,7 @@ Setup moved(const Setup& setup, const Layout& layout, ConstVector change) {
   for (Index leg = 0; leg < setup.parameters.rows(); ++leg) {
     result.parameters.row(leg) += steps.segment(list.leg(leg), p);
     result.curvature.row(leg) += steps.segment(list.curvature(leg), UnknownList::kCurvature);
+    result.leg_slopes.row(leg) += steps.segment(list.leg_slope(leg), setup.leg_slopes.cols());
   }
   result.base = moved(setup.base, steps.segment<6>(list.base()));
   result.target = moved(setup.target, steps.segment<6>(list.target()));
@@ -226,6 +271,9 @@ Setup moved(const Setup& setup, const Layout& layout, ConstVector change) {
     result.anchors.row(i) += steps.segment<3>(list.anchor(i));
   }
   result.plane += steps.segment<3>(list.plane());
+  for (Index i = 0; i < setup.base_slopes.rows(); ++i) {
+    result.base_slopes.row(i) += steps.segment<6>(list.base_slope(i));
+  }
   return result;
 }
 

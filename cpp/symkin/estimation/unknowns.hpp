@@ -10,6 +10,17 @@
 
 namespace symkin {
 
+// What of a leg goes along with a covariate: a column that is known of every pose, such as the
+// time.
+struct LegCovariate {
+  enum class Of {
+    reading,  // the sensor shows slope times the covariate more
+    lengths,  // every length is 1 + slope times the covariate times its own
+  };
+  std::string name;
+  Of of = Of::reading;
+};
+
 // The robot as it is measured: its legs, what their sensors do beside a straight line, and what
 // stands around it. Every scalar of it may be unknown.
 struct Setup {
@@ -21,6 +32,11 @@ struct Setup {
   RowMatrix anchors;     // n x 3, fixed points that distances are measured from, device's frame
   // (c0, c1, c2) of the plane z = c0 + c1 x + c2 y of the base frame that a probe touches.
   Eigen::Vector3d plane = Eigen::Vector3d::Zero();
+  // What changes from pose to pose by covariates, see Observations; at zero the rest is what it is.
+  std::vector<LegCovariate> leg_covariates;
+  RowMatrix leg_slopes;  // legs x k
+  std::vector<std::string> base_covariates;
+  RowMatrix base_slopes;  // k x 6, of the base frame: components of the tangent
 
   // The drawing: straight sensors, the device in the robot's own frames, nothing else.
   static Setup of(const Mechanism& mechanism);
@@ -30,16 +46,22 @@ struct Setup {
   // The reading at which the leg's model, which knows no curvature, has the joint where the sensor
   // shows `reading`.
   double model_reading(Index leg, double reading) const;
+  // How much more the sensors of a leg show than is true, and how much longer its lengths are, over
+  // themselves, at the poses of these covariates.
+  Vector reading_shifts(Index leg, const RowMatrix& covariates) const;
+  Vector growths(Index leg, const RowMatrix& covariates) const;
+  // Where the base is at a pose with a row of the base's covariates.
+  Frame base_at(const Eigen::Ref<const Eigen::RowVectorXd>& covariates) const;
 };
 
 // Every scalar of a setup, in one order: of each leg its parameters and the three terms of its
 // sensor's curvature; the base frame and the target frame, six components of the tangent each; the
-// points, the anchors, the plane.
+// points, the anchors, the plane; the slopes, of each leg one of each covariate, of the base six.
 class UnknownList {
  public:
   explicit UnknownList(const Setup& setup);
 
-  Index size() const { return plane() + 3; }
+  Index size() const { return base_slope(base_slopes_); }
   Index leg(Index leg) const { return leg * (parameters_ + kCurvature); }
   Index curvature(Index leg) const { return this->leg(leg) + parameters_; }
   Index base() const { return leg(legs_); }
@@ -47,17 +69,22 @@ class UnknownList {
   Index point(Index i) const { return target() + 6 + 3 * i; }
   Index anchor(Index i) const { return point(points_) + 3 * i; }
   Index plane() const { return anchor(anchors_); }
+  Index leg_slope(Index leg) const { return plane() + 3 + leg * leg_slopes_; }
+  Index base_slope(Index i) const { return leg_slope(legs_) + 6 * i; }
 
   static constexpr Index kCurvature = 3;
 
  private:
-  Index legs_, parameters_, points_, anchors_;
+  Index legs_, parameters_, leg_slopes_, points_, anchors_, base_slopes_;
 };
 
 // Names as files and options say them: "leg2.distal_length", "base.x", "target.rz", "point1.x",
-// "anchor1.y", "plane.c1". Empty for a scalar that the mechanism does not have, such as the z of a
-// planar frame.
+// "anchor1.y", "plane.c1", "leg1.drift", "drift.x". Empty for a scalar that the mechanism does not
+// have, such as the z of a planar frame.
 std::vector<std::string> unknown_names(const Mechanism& mechanism, const Setup& setup);
+
+// Whether a parameter of a chain is a length that is there.
+bool is_length(const ChainInfo& chain, const ParameterInfo& parameter);
 
 // The robot's longest length; 1 of one that has none. Lengths are compared with it, so that nothing
 // depends on their unit.

@@ -24,7 +24,7 @@ from symkin.model.poses import (
 from symkin.model.settings import Frames, NoiseSettings
 from symkin.options import Observable
 
-__all__ = ["Observable", "Observed"]
+__all__ = ["Observable", "Observed", "moved_poses"]
 
 Array = NDArray[np.float64]
 _STREAM = 3  # of the seed: the core draws robots and full poses from others
@@ -216,6 +216,11 @@ class Observed:
         chance = random.random(shape)
         kept = chance == chance.max(axis=1, keepdims=True)
         return np.asarray((chance < self.missing) & ~kept)
+
+
+def moved_poses(space: str, poses: Array, tangents: Array) -> Array:
+    """Poses after small motions, shape (N, dof), in the frame that they are given in."""
+    return _pose_array(space, transforms(space, poses), tangents)
 
 
 def _pose_array(space: str, poses: Transform, errors: Array) -> Array:

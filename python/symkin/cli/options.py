@@ -273,6 +273,10 @@ class Unknown:
     prior: Annotated[list[str] | None, of("prior")] = None
     frames: Annotated[list[str] | None, of("frames")] = None
     sensor: Annotated[Sensor | None, of("sensor")] = None
+    drift: Annotated[list[str] | None, of("drift")] = None
+    step: Annotated[list[str] | None, of("step")] = None
+    growth: Annotated[bool | None, of("growth", "--growth")] = None
+    backlash: Annotated[bool | None, of("backlash", "--backlash")] = None
 
     def arguments(self) -> Unknowns:
         """Read it, as arguments of `identify`."""
@@ -284,6 +288,10 @@ class Unknown:
             "prior": priors_of(several_of(self.prior)),
             "frames": several_of(self.frames),
             "sensor": self.sensor,
+            "drift": several_of(self.drift),
+            "step": several_of(self.step),
+            "growth": self.growth,
+            "backlash": self.backlash,
         }
 
 
@@ -467,6 +475,19 @@ def assumed_of(given: Sequence[str] | None) -> dict[str, float | str] | None:
             'as "target=0.5 mm" or "scale=1e-4"'
         )
     return {name: _spaced(str(value)) for name, value in assumed.items()}
+
+
+def changes_of(given: Sequence[str] | None) -> dict[str, str] | None:
+    """Read what changes while a robot is measured: names with a size each."""
+    if given is None:
+        return None
+    changes = dict(each.rpartition("=")[::2] for each in several_of(given) or ())
+    if "" in changes:
+        raise typer.BadParameter(
+            f"--changes is {', '.join(given)}; expected names with a size each, such as "
+            '"leg2.drift=1 mrad"'
+        )
+    return {name: _spaced(size) for name, size in changes.items()}
 
 
 def priors_of(given: Sequence[str] | None) -> Priors | None:

@@ -40,6 +40,7 @@ from symkin.cli.options import (
     Unknown,
     WorkersOption,
     accuracies_of,
+    changes_of,
     columns_of,
     command,
     folder_of,
@@ -107,7 +108,7 @@ def plan(
     ] = None,
     minimum_distance: Annotated[str, of("minimum_distance")] = "0",
     symmetry: Annotated[bool, of("symmetry", "--symmetry/--no-symmetry")] = True,
-    visit: Annotated[Visit, of("visit")] = "travel",
+    visit: Annotated[Visit, of("visit")] = "there_and_back",
     spares: Annotated[int | None, of("spares")] = None,
     time_limit: Annotated[float | None, of("time_limit")] = None,
     threads: ThreadsOption = 0,
@@ -267,6 +268,7 @@ def _refuse_unused_count(
     "symkin run 3RRR --out out",
     "symkin simulate 3RRR --plan out/plan.csv --seed 2 --out second",
     "symkin simulate 3RRR --plan out/plan.csv --observe position --missing 0.2 --out third",
+    "symkin simulate 3RRR --plan out/plan.csv --changes 'leg2.drift=1 mrad' --out fourth",
 )
 def simulate(
     *,
@@ -274,6 +276,7 @@ def simulate(
     plan: Annotated[Path, option("FILE", "A plan of `symkin plan`.")],
     out: Annotated[Path, folder_of("measurements.csv and actual.toml, the robot")],
     seen: Observing,
+    changes: Annotated[list[str] | None, of("changes")] = None,
     missing: Annotated[float, of("missing")] = 0.0,
     spread: Annotated[float, of("spread")] = 0.0,
     seed: SeedOption = None,
@@ -284,7 +287,8 @@ def simulate(
 
     A robot is made that differs from the mechanism within its tolerances, takes the poses of the
     plan, and is measured with its noise. Poses that it cannot take are replaced by spares. Frames
-    and points may have units: '1 m, 20 cm, 170 deg'.
+    and points may have units: '1 m, 20 cm, 170 deg'. With --changes something changes meanwhile,
+    which `symkin identify` finds.
     """
     with progress() as stage:
         stage("reading the mechanism and the plan")
@@ -294,7 +298,9 @@ def simulate(
         with OutputFiles([*loaded.files, plan], overwrite) as outputs:
             folder = outputs.folder(out, *Simulation.FILES)
             stage("simulating measurements")
-            simulation = symkin.simulate(loaded, commanded, seed, observe=observe)
+            simulation = symkin.simulate(
+                loaded, commanded, seed, observe=observe, changes=changes_of(changes)
+            )
             simulation.write(folder)
     print_result(simulation, Telling(as_json=as_json), out, Simulation.FILES)
 

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from symkin.data.observables import COMMANDED, OBSERVABLES, REPORTED, Sizes
+from symkin.data.observables import CIRCUMSTANCES, COMMANDED, OBSERVABLES, REPORTED, Sizes
 from symkin.errors import MeasurementError, QuantityError, did_you_mean
 from symkin.model.poses import POSE_SPACES, quaternions_from_rotation_vectors
 from symkin.model.settings import MeasurementColumns
@@ -467,6 +467,28 @@ def read_observed(
                     negative_allowed=negative_allowed,
                 )  # fmt: skip
             found[name] = values if each.is_pose else values.reshape(each.shape(sizes))
+    return found
+
+
+def read_circumstances(table: Table, leg_count: int) -> dict[str, _Array]:
+    """Return what is known of the rows beside, of the optional attributes of `Measurements`.
+
+    Raises
+    ------
+    MeasurementError
+        For a leg without a column beside one that has one, and an empty cell.
+    """
+    found: dict[str, _Array] = {}
+    for name, each in CIRCUMSTANCES.items():
+        if each.column in table.names:
+            values = table.numbers(each.column)
+            found[name] = np.repeat(values[:, None], leg_count, axis=1) if each.by_leg else values
+            continue
+        columns = each.columns(leg_count) if each.by_leg else []
+        if any(column in table.names for column in columns):
+            for column in columns:
+                table.require(column, each.kind)
+            found[name] = np.column_stack([table.numbers(column) for column in columns])
     return found
 
 

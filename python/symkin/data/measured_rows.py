@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
-from symkin.data.observables import OBSERVABLES
+from symkin.data.observables import CIRCUMSTANCES, OBSERVABLES
 from symkin.errors import MeasurementError, NotIdentifiableError, printable, shown
 from symkin.model.poses import POSE_SPACES, PoseSpace, space_named, wrong_quaternion
 from symkin.model.sensor_table import SensorTable
@@ -51,6 +51,9 @@ class MeasuredRows(Result):
     heights: NDArray[np.float64] | None = None
     height_deviations: NDArray[np.float64] | None = None
     commanded: NDArray[np.float64] | None = None
+    times: NDArray[np.float64] | None = None
+    temperatures: NDArray[np.float64] | None = None
+    approaches: NDArray[np.float64] | None = None
     sensor_table: SensorTable | None = field(private=True, default=None)
     unread: tuple[str, ...] = field(compare=False, default=())
 
@@ -78,6 +81,7 @@ class MeasuredRows(Result):
                 raise MeasurementError(f"there are {count} {name} for {rows} poses")
         for name in ("poses", *further):
             self._check_values(name)
+        self._check_circumstances()
         for each in OBSERVABLES.values():
             self._check_deviations(each.name, each.deviations)
         posed = {"": self.poses, "reported ": self.reported, "commanded ": self.commanded}
@@ -139,6 +143,25 @@ class MeasuredRows(Result):
                 raise MeasurementError(
                     f"row {self.row_numbers[half.argmax()]} has a part of a quaternion; expected "
                     "all of it, or NaN in all four"
+                )
+
+    def _check_circumstances(self) -> None:
+        """Refuse another shape than the rows want, and a row without a value."""
+        for name, each in CIRCUMSTANCES.items():
+            if getattr(self, name) is None:
+                continue
+            make_arrays(self, **{name: (1 + each.by_leg, "float")})
+            values = getattr(self, name)
+            shape = self.readings.shape if each.by_leg else self.readings.shape[:1]
+            if values.shape != shape:
+                raise MeasurementError(f"{name} have shape {values.shape}; expected {shape}")
+            right = np.isin(values, each.values) if each.values else np.isfinite(values)
+            wrong = ~_flat(right).all(axis=1)
+            if wrong.any():
+                expected = ", ".join(f"{value:g}" for value in each.values) or "a number"
+                raise MeasurementError(
+                    f"row {self.row_numbers[wrong.argmax()]} has no {each.kind}; expected "
+                    f"{expected} in every row, or none at all"
                 )
 
     def _check_deviations(self, name: str, deviations: str) -> None:
@@ -251,18 +274,31 @@ class MeasuredRows(Result):
                 found[name] = usual if own is None else np.where(np.isnan(own), usual, own)
         return found
 
-    def observations(self, noise: NoiseSettings) -> _core.Observations:
-        """Return all that was observed as the core takes it; `noise` as `standard_deviations`."""
+    def observations(
+        self,
+        noise: NoiseSettings,
+        leg_covariates: NDArray[np.float64] | None = None,
+        base_covariates: NDArray[np.float64] | None = None,
+    ) -> _core.Observations:
+        """Return all that was observed as the core takes it; `noise` as `standard_deviations`.
+
+        With the covariates that the slopes of a setup belong to, if it has any.
+        """
+        nothing = np.empty((0, 0))
         deviations = self.standard_deviations(noise)
 
         def observed(name: str) -> _core.Observed:
             values = getattr(self, name)
             if values is None:
-                return _core.Observed(np.empty((0, 0)), np.empty((0, 0)))
+                return _core.Observed(nothing, nothing)
             tables = (_flat(each) for each in (values, deviations[name]))
             return _core.Observed(*map(np.ascontiguousarray, tables))
 
-        return _core.Observations(*map(observed, OBSERVABLES))
+        covariates = (
+            nothing if each is None else each for each in (leg_covariates, base_covariates)
+        )
+        given: list[Any] = [*map(observed, OBSERVABLES), *covariates]
+        return _core.Observations(*given)
 
     @property
     def source_name(self) -> str:
@@ -364,6 +400,7 @@ class MeasuredRows(Result):
         """Return it as plain values, without what was not observed at all."""
         optional = {"commanded", *(each.name for each in _FURTHER)}
         optional |= {each.deviations for each in OBSERVABLES.values()}
+        optional |= {*CIRCUMSTANCES}
         document = super().to_dict()
         return {k: v for k, v in document.items() if not (v is None and k in optional)}
 

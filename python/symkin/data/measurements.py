@@ -69,6 +69,13 @@ class Measurements(MeasuredRows):
         Of `heights`.
     commanded : ndarray, shape (N, coordinates), or None
         Where the robot was sent, in the base's frame: no observation, but where a fit may start.
+    times : ndarray, shape (N,), or None
+        When the rows were measured, s; without them one follows the other in their order.
+    temperatures : ndarray, shape (N,), or None
+        Of the robot, degrees Celsius.
+    approaches : ndarray, shape (N, legs), or None
+        From which side each leg came to rest: 1 where its reading rose, -1 where it fell, 0 where
+        nobody knows; without them the readings before tell.
     sensor_table : SensorTable or None
         The mechanism's, which has made the readings straight; files have what the sensors show.
     unread : tuple of str

@@ -18,7 +18,16 @@ from numpy.typing import ArrayLike
 from symkin.model.poses import PoseSpace
 from symkin.model.settings import NoiseSettings
 
-__all__ = ["COMMANDED", "OBSERVABLES", "REPORTED", "Observable", "words_with"]
+__all__ = [
+    "CIRCUMSTANCES",
+    "COMMANDED",
+    "OBSERVABLES",
+    "REPORTED",
+    "Circumstance",
+    "Observable",
+    "circumstance_columns",
+    "words_with",
+]
 
 REPORTED = "reported_"
 COMMANDED = "commanded_"  # where a fit may start, and no observation
@@ -138,6 +147,51 @@ _ALL = (
 )
 # fmt: on
 OBSERVABLES: Mapping[str, Observable] = {each.name: each for each in _ALL}
+
+
+@dataclass(frozen=True)
+class Circumstance:
+    """What is known exactly of every row beside what was observed, and may be a covariate.
+
+    Attributes
+    ----------
+    name : str
+        The attribute of `Measurements` that holds it.
+    kind : str
+        One of it, in words.
+    column : str
+        Its column, with the unit; of what every leg has, before its number.
+    by_leg : bool
+        Whether every leg has one, which a table may give all by one column without a number.
+    values : tuple of float
+        What it may be; empty for any number.
+    """
+
+    name: str
+    kind: str
+    column: str
+    by_leg: bool = False
+    values: tuple[float, ...] = ()
+
+    def columns(self, legs: int) -> list[str]:
+        """Columns that symkin writes."""
+        return [f"{self.column}_{leg + 1}" for leg in range(legs)] if self.by_leg else [self.column]
+
+
+CIRCUMSTANCES: Mapping[str, Circumstance] = {
+    each.name: each
+    for each in (
+        Circumstance("times", "time", "time_s"),
+        Circumstance("temperatures", "temperature", "temperature_c"),
+        Circumstance("approaches", "approach", "approach", by_leg=True, values=(-1.0, 0.0, 1.0)),
+    )
+}
+
+
+def circumstance_columns(legs: int) -> set[str]:
+    """All columns of circumstances."""
+    columns = (name for each in CIRCUMSTANCES.values() for name in each.columns(legs))
+    return {each.column for each in CIRCUMSTANCES.values()}.union(columns)
 
 
 def words_with(frame: str) -> set[str]:

@@ -21,6 +21,7 @@ from symkin.data.columns import (
     has_pose,
     is_present,
     own_columns,
+    read_circumstances,
     read_observed,
     read_pose_values,
     stated_units,
@@ -205,6 +206,7 @@ def _measurements_of(
     others = read_observed(table, columns, space, legs, mechanism.reading_unit)
     if others.get("commanded") is not None:
         others["commanded"] = from_drawing(mechanism, others["commanded"])
+    others |= read_circumstances(table, legs)
     if others.get("reported") is not None:
         given = others["reported"]
         others["reported"] = from_drawing(mechanism, given)

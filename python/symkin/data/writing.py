@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from symkin.data.columns import observed_stems, pose_column_names, reading_column_names
 from symkin.data.measured_rows import ALL_LEGS, MeasuredRows
-from symkin.data.observables import COMMANDED, REPORTED, Sizes
+from symkin.data.observables import CIRCUMSTANCES, COMMANDED, REPORTED, Sizes
 from symkin.errors import MeasurementError
 from symkin.model.file_frames import as_drawn
 from symkin.model.mechanism import Mechanism
@@ -58,7 +58,13 @@ def measurement_columns(
     }
     names = reading_column_names(measurements.readings.shape[1], reading_unit)
     columns |= dict(zip(names, measurements.readings.T, strict=True))
-    return columns | observed_columns(measurements, reading_unit)
+    columns |= observed_columns(measurements, reading_unit)
+    for name, each in CIRCUMSTANCES.items():
+        values = getattr(measurements, name)
+        if values is not None:
+            names = each.columns(measurements.readings.shape[1])
+            columns |= dict(zip(names, values.reshape(len(values), -1).T, strict=True))
+    return columns
 
 
 def _require_measured(mechanism: Mechanism, measurements: MeasuredRows) -> None:

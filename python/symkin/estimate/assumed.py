@@ -110,13 +110,13 @@ def whitened_rows(problem: Problem, fit: _core.JointFit) -> Array:
     rows = _core.observed_rows(
         problem.mechanism.straight,
         fit.setup,
-        there.observations(problem.noise),
+        problem.observed_in(there),
         layout.column.tolist(),
         layout.prior,
         fit.poses,
         ties=list(layout.ties),
     )
-    return np.nan_to_num(rows.reshape(len(fit.poses), -1, len(layout.names)))
+    return np.nan_to_num(rows.jacobian.reshape(len(fit.poses), -1, len(layout.names)))
 
 
 def sizes_of(problem: Problem) -> Array:

@@ -18,6 +18,7 @@ from symkin.analysis.promises import CONFIDENCE, ExpectedAccuracy
 from symkin.analysis.reflectors import own_poses
 from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError
+from symkin.estimate.changes import at_rest
 from symkin.estimate.closures import closure_influence, closure_rows
 from symkin.estimate.cross_validation import CrossValidation
 from symkin.estimate.evidence.corrections import Hypothesis
@@ -247,11 +248,17 @@ class Examined(Found[M]):
         return heights_of(self)
 
     @property
+    @once
+    def at_rest(self) -> Measurements:
+        """The measurements without what changed meanwhile, as far as that was estimated."""
+        return at_rest(self)
+
+    @property
     def own_poses(self) -> Array:
         """The measured poses in the robot's own frame, as the calibrated mechanism has it."""
         if self.legs:
             return self.measurements.poses
-        return own_poses(self.mechanism, self.measurements).poses
+        return own_poses(self.mechanism, self.at_rest).poses
 
     @property
     @once
@@ -272,7 +279,7 @@ class Examined(Found[M]):
     def _evaluated(self, mechanism: Mechanism) -> Evaluation | None:
         frames = None if self.legs else self.mechanism.frames
         try:
-            return evaluate(mechanism.replace(frames=frames), measurements=self.measurements)
+            return evaluate(mechanism.replace(frames=frames), measurements=self.at_rest)
         except SymkinError:
             return None
 
@@ -301,7 +308,7 @@ class Examined(Found[M]):
 
         At poses measured in full; NaN elsewhere, and where a leg was not read.
         """
-        own = dataclasses.replace(self.measurements, poses=self.own_poses)
+        own = dataclasses.replace(self.at_rest, poses=self.own_poses)
         return closures_of(mechanism or self.mechanism, own)
 
     def expected_accuracy(

@@ -18,6 +18,7 @@ from symkin import present
 from symkin.data.measurements import Measurements
 from symkin.data.reading import ROBOT, read_fleet, read_measurements
 from symkin.errors import MeasurementError, SymkinError, did_you_mean, one_of
+from symkin.estimate.covariates import steps_of
 from symkin.estimate.fleet_doubts import doubts_of, impossible, suspects
 from symkin.estimate.fleet_jobs import Job, Robots, identified
 from symkin.estimate.fleet_together import surroundings_of
@@ -273,6 +274,10 @@ def identify_many(
     gauge: Gauge | None = None,
     loss_per: LossPer | None = None,
     assume: Mapping[str, float | str] | None = None,
+    drift: Sequence[str] | None = None,
+    step: Sequence[str | int] | str | int | None = None,
+    growth: bool | None = None,
+    backlash: bool | None = None,
     tolerances: Literal["estimate"] | None = None,
     columns: MeasurementColumns | None = None,
     ignore: Sequence[str] = (),
@@ -291,7 +296,7 @@ def identify_many(
         By the robots' names; one by one, named by their files or numbered from 1; or one table with
         a column ``robot``, as for `read_fleet`.
     estimator, poses, loss, loss_scale, noise, max_iterations, free, fixed, shared, tie, prior, \
-frames, sensor, gauge, loss_per, assume
+frames, sensor, gauge, loss_per, assume, drift, step, growth, backlash
         As for `identify`; by default what the mechanism's `identification` says. Where that is not
         all parameters of all legs, robots are identified as `identify` does, in seconds rather than
         milliseconds each.
@@ -341,6 +346,10 @@ frames, sensor, gauge, loss_per, assume
         gauge=gauge,
         loss_per=loss_per,
         assume=assume,
+        drift=drift,
+        step=steps_of(step),
+        growth=growth,
+        backlash=backlash,
         tolerances=tolerances,
         threads=threads,
         workers=workers,

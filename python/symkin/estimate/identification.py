@@ -16,6 +16,7 @@ from symkin.analysis.reflectors import is_tracked, with_tracking_defaults
 from symkin.data.measurements import Measurements
 from symkin.data.reading import Measured, as_measurements
 from symkin.errors import SymkinError
+from symkin.estimate.covariates import steps_of
 from symkin.estimate.cross_validation import CrossValidation, cross_validation_of
 from symkin.estimate.estimate import Estimate
 from symkin.estimate.options import EstimateOptions, Estimator, Loss, PoseUse
@@ -51,6 +52,10 @@ def identify(
     gauge: Gauge | None = None,
     loss_per: LossPer | None = None,
     assume: Mapping[str, float | str] | None = None,
+    drift: Sequence[str] | None = None,
+    step: Sequence[str | int] | str | int | None = None,
+    growth: bool | None = None,
+    backlash: bool | None = None,
 ) -> Estimate[Nominal]:
     """Identify what is unknown of a robot from what was observed of it.
 
@@ -116,6 +121,19 @@ def identify(
         pattern of what is held (``{"target": "0.5 mm", "sensor_gain": 1e-4}``), for ``"scale"``,
         that of the measuring device, and for ``"bed"``, how far the rim of a probed bed may be
         above its middle. Deviations and expected errors contain it, see `Expected.budget`.
+    drift : sequence of {"leg", "frame"}, optional
+        What may drift with time, from end to end: what the sensor of each leg shows, where the
+        base is to the measuring device. Time is the measurements' `times`, or their order; the
+        robot is as in the middle.
+    step : sequence of int or str, optional
+        Rows, by their numbers, from which on what each sensor shows may be different; or
+        ``"frame:63"``, where the base is. The robot is as after them.
+    growth : bool, optional
+        Whether all lengths may grow alike: with the measurements' `temperatures`, about their
+        mean, or else with time.
+    backlash : bool, optional
+        Whether each leg may come to rest elsewhere from above than from below: by the measurements'
+        `approaches`, or the readings before.
 
     Returns
     -------
@@ -150,6 +168,10 @@ def identify(
         "gauge": gauge,
         "loss_per": loss_per,
         "assume": assume,
+        "drift": drift,
+        "step": steps_of(step),
+        "growth": growth,
+        "backlash": backlash,
     }
     wanted = _wanted(mechanism, measurements, given)
     reason = _needs_joint(mechanism, measurements, wanted, noise)

@@ -8,10 +8,13 @@ import shlex
 from collections.abc import Mapping
 from typing import Literal
 
+from symkin.data.measurements import Measurements
 from symkin.errors import one_of
+from symkin.estimate.covariates import Covariate, covariates_of, steps_of
 from symkin.estimate.unknowns import Gauge, LossPer, Priors, Sensor
+from symkin.model.mechanism import Mechanism
 from symkin.model.settings import NoiseSettings
-from symkin.options import Estimator, Loss, PoseUse, flags_of
+from symkin.options import Estimator, Loss, Moving, PoseUse, flags_of
 from symkin.values import Value, record
 
 __all__ = ["EstimateOptions", "Estimator", "Loss", "PoseUse"]
@@ -37,6 +40,10 @@ class EstimateOptions(Value):
     gauge: Gauge = "prior"
     loss_per: LossPer = "pose"
     assume: Mapping[str, float | str] | None = None
+    drift: tuple[str, ...] = ()
+    step: tuple[str, ...] = ()
+    growth: bool = False
+    backlash: bool = False
 
     def __post_init__(self) -> None:
         """Refuse words that mean nothing, naming those that do."""
@@ -45,11 +52,14 @@ class EstimateOptions(Value):
             one_of(name, getattr(self, name), words)
         if isinstance(self.noise, str):
             one_of("noise", self.noise, ("estimate",))
-        for name in ("free", "fixed", "shared", "tie", "frames"):
+        object.__setattr__(self, "step", steps_of(self.step))
+        for name in ("free", "fixed", "shared", "tie", "frames", "drift"):
             value = getattr(self, name)
             if value is not None:
                 many = (value,) if isinstance(value, str) else tuple(value)
                 object.__setattr__(self, name, many)
+        for each in self.drift:
+            one_of("drift", each, Moving)
         super().__post_init__()
 
     def on_command_line(self) -> str | None:
@@ -63,7 +73,21 @@ class EstimateOptions(Value):
         words = flags_of(given)
         if not all(isinstance(value, str | int | float) for _, value in words):
             return None
-        return "".join(f" {flag} {shlex.quote(str(value))}" for flag, value in words)
+        return "".join(
+            f" {flag}" if value is True else f" {flag} {shlex.quote(str(value))}"
+            for flag, value in words
+        )
+
+    def covariates(self, mechanism: Mechanism, measurements: Measurements) -> tuple[Covariate, ...]:
+        """What may change while it is measured, by rows of the measurements."""
+        return covariates_of(
+            mechanism,
+            measurements,
+            drift=self.drift,
+            step=self.step,
+            growth=self.growth,
+            backlash=self.backlash,
+        )
 
     def declared(self, noise: NoiseSettings) -> NoiseSettings:
         """The noise that was given, or else this."""

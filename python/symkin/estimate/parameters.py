@@ -115,7 +115,9 @@ def unknowns_of(
     count = sum(name.startswith("point") and name.endswith(".x") for name in layout.scalars)
     points = (*given.points, *((),) * (count - len(given.points)))
     whole = straight.replace(frames=dataclasses.replace(given, points=points))
-    drawn = scalar_values(core_setup(whole, nominal.curvature))
+    of_drawing = scalar_values(core_setup(whole, nominal.curvature))
+    drawn = np.zeros(len(layout.scalars))  # of what changes with the rows nothing is drawn
+    drawn[: len(of_drawing)] = of_drawing
     places = {"base": given.base, "target": given.target, "plane": given.plane}
     places |= {f"point{i + 1}": place for i, place in enumerate(points)}
     by = layout.by_columns
@@ -126,7 +128,8 @@ def unknowns_of(
         column = int(layout.column[i])
         of_leg = block.startswith("leg")
         curved = of_leg and own in ("sensor_quadratic", "sensor_cosine", "sensor_sine")
-        if not name or (column < 0 and curved and values[i] == 0):
+        slope = i >= len(of_drawing)
+        if not name or (column < 0 and ((curved and values[i] == 0) or slope)):
             continue
         if not of_leg and column < 0 and not places.get(block, block[:5] == "ancho"):
             continue

@@ -373,7 +373,7 @@ def _gradient(problem: Problem, fit: _core.JointFit, pose: int, deviations: Arra
     alone = _core.fit_jointly(
         problem.mechanism.straight,
         fit.setup,
-        problem.measurements.subset(np.array([pose])).observations(problem.noise),
+        problem.observed_in(problem.measurements.subset(np.array([pose])), np.array([pose])),
         layout.column.tolist(),
         held,
         "none",

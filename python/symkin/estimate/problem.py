@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,7 @@ from symkin.analysis.probing import is_marked, ruler
 from symkin.data.measurements import ALL_LEGS, Measurements
 from symkin.data.observables import OBSERVABLES
 from symkin.errors import NotIdentifiableError, SymkinError
+from symkin.estimate.covariates import Covariate, observations_of, slopes_of
 from symkin.estimate.options import EstimateOptions, Loss
 from symkin.estimate.starting import setup_by_points, starting_poses
 from symkin.estimate.unknowns import Layout
@@ -32,6 +34,7 @@ __all__ = [
     "Rows",
     "layout_of",
     "observed_count",
+    "own_readings",
     "without_pose",
 ]
 
@@ -122,6 +125,7 @@ class Problem:
     measurements: Measurements
     noise: NoiseSettings
     options: EstimateOptions
+    covariates: tuple[Covariate, ...] = ()
 
     @classmethod
     def of(
@@ -133,7 +137,7 @@ class Problem:
     ) -> Problem:
         """Lay out what is unknown, unless that is known, and find where the frames are."""
         if options.poses == "own":
-            measurements = _own_readings(measurements)
+            measurements = own_readings(measurements)
         measurements.require_legs(len(mechanism.legs))
         readings = measurements.readings
         mechanism = _with_surroundings(mechanism, measurements)
@@ -141,17 +145,30 @@ class Problem:
         straight = mechanism.replace(curvature=None) if curved else mechanism
         marked = "base" in options.frames and is_marked(measurements)
         placed = _with_ruler(straight, measurements) if marked else straight
-        setup = core_setup(placed, mechanism.curvature)
+        covariates = options.covariates(straight, measurements)
+        slopes = slopes_of(covariates, len(mechanism.legs))
+        setup = core_setup(placed, mechanism.curvature, slopes)
         if layout is None:
-            layout = layout_of(straight, setup, options, readings)
+            layout = layout_of(straight, setup, options, readings, covariates)
         noise = options.declared(mechanism.noise)
-        made = cls(straight, setup, layout, measurements, noise, options)
+        made = cls(straight, setup, layout, measurements, noise, options, covariates)
         return (made if marked else made._with_frames())._tied()
 
     @property
     def observations(self) -> _core.Observations:
         """What was observed, as the core takes it."""
-        return self.measurements.observations(self.noise)
+        return self.observed_in(self.measurements)
+
+    def observed_in(
+        self, measurements: Measurements, rows: NDArray[np.intp] | None = None
+    ) -> _core.Observations:
+        """The same of other measurements at these rows, or at all."""
+        covariates = self.covariates
+        if rows is not None:
+            covariates = tuple(
+                dataclasses.replace(each, values=each.values[rows]) for each in covariates
+            )
+        return observations_of(measurements, self.noise, covariates)
 
     def _with_frames(self) -> Problem:
         """Start free frames and places where the nominal robot's poses put them."""
@@ -180,6 +197,10 @@ class Problem:
             np.array(setup.points),
             np.array(setup.anchors),
             np.array(setup.plane),
+            setup.leg_covariates,
+            np.array(setup.leg_slopes),
+            setup.base_covariates,
+            np.array(setup.base_slopes),
         )
         return dataclasses.replace(self, setup=made)
 
@@ -412,7 +433,11 @@ def _with_ruler(mechanism: Mechanism, measurements: Measurements) -> Mechanism:
 
 
 def layout_of(
-    mechanism: Mechanism, setup: _core.Setup, options: EstimateOptions, readings: Array
+    mechanism: Mechanism,
+    setup: _core.Setup,
+    options: EstimateOptions,
+    readings: Array,
+    covariates: Sequence[Covariate] = (),
 ) -> Layout:
     """Which scalars are unknown, and their columns."""
     return Layout.of(
@@ -426,6 +451,7 @@ def layout_of(
         frames=options.frames,
         sensor=options.sensor,
         largest_readings=_largest_readings(mechanism, readings),
+        per={each.name: each.per for each in covariates},
     )
 
 
@@ -437,7 +463,7 @@ def _largest_readings(mechanism: Mechanism, readings: Array) -> tuple[float, ...
     )
 
 
-def _own_readings(measurements: Measurements) -> Measurements:
+def own_readings(measurements: Measurements) -> Measurements:
     """Readings of the legs whose set the pose belongs to alone."""
     legs = np.arange(measurements.readings.shape[1])
     sets = measurements.leg_sets[:, None]

@@ -163,7 +163,7 @@ def _calibrated(
         raise FailedFitError("no measured pose could be explained at all: see units, order, signs")
     made = with_usable_home(made, latent)
     with_frames = nominal.frames is not None or any(
-        name.partition(".")[0][:3] != "leg" for name in layout.names if "." in name
+        name.startswith(("base.", "target.", "point", "anchor", "plane.")) for name in layout.names
     )
     flipped = np.ones(len(values))
     flipped[: by_value.size].reshape(by_value.shape)[:, :count] = signs.reshape(legs, count)

@@ -246,4 +246,8 @@ def _placed(
         found.places,
         np.array(setup.anchors),
         np.array(setup.plane),
+        setup.leg_covariates,
+        np.array(setup.leg_slopes),
+        setup.base_covariates,
+        np.array(setup.base_slopes),
     )

@@ -26,6 +26,7 @@ from symkin.analysis.reflectors import with_tracking_defaults
 from symkin.data.measurements import Measurements
 from symkin.errors import NotIdentifiableError, SymkinError
 from symkin.estimate.assumed import Assumed
+from symkin.estimate.covariates import Covariate, observations_of, slopes_of
 from symkin.estimate.options import EstimateOptions
 from symkin.estimate.problem import Problem, layout_of
 from symkin.estimate.starting import starting_poses
@@ -42,6 +43,7 @@ Array = NDArray[np.float64]
 
 
 Observing = Observed | Observable | Sequence[Observable]
+FIRST_ROW = 2  # of a table that symkin writes, below its header
 _RANK = 1e-9  # of the largest singular value, with the unknowns in their tolerances
 _BLOCK = 4096  # poses whose effects are held together
 SILENT = 0.9  # of a prior's deviation: the data will say next to nothing
@@ -61,6 +63,10 @@ class Unknowns(TypedDict, total=False):
     prior: Priors | None
     frames: Sequence[str] | None
     sensor: Sensor | None
+    drift: Sequence[str] | None
+    step: Sequence[str] | None
+    growth: bool | None
+    backlash: bool | None
 
 
 @record
@@ -125,6 +131,9 @@ class Survey(Value):
     layout: Layout = field(private=True)
     options: EstimateOptions = field(private=True)
     assumed: tuple[Assumed, ...] = field(private=True, default=())
+    # With the places that the drawing knows; the mechanism itself if that is not said.
+    drawn: Mechanism | None = field(private=True, default=None)
+    covariates: tuple[Covariate, ...] = field(private=True, default=())
 
     @classmethod
     def of(
@@ -164,10 +173,28 @@ class Survey(Value):
         more = ((),) * (len(observed.points) - len(drawn.points))
         known = dataclasses.replace(drawn, points=(*drawn.points, *more))
         options = EstimateOptions(**wanted)
-        layout = layout_of(
-            mechanism.replace(frames=known), core_setup(mechanism), options, readings
+        known_places = mechanism.replace(frames=known)
+        layout = layout_of(known_places, core_setup(mechanism), options, readings)
+        return cls(
+            observed, layout.names, layout.prior, mechanism, layout, options, drawn=known_places
         )
-        return cls(observed, layout.names, layout.prior, mechanism, layout, options)
+
+    def in_order(self, poses: Array) -> Survey:
+        """Return the survey of poses that are visited in this order, with what changes meanwhile.
+
+        Before the order is known, slopes along what goes with it are held.
+        """
+        readings = self.mechanism.inverse_kinematics(poses)
+        taken = Measurements.of(poses, readings, pose_space=self.mechanism.pose_space)
+        taken = dataclasses.replace(taken, row_numbers=taken.row_numbers + FIRST_ROW - 1)
+        found = self.options.covariates(self.mechanism, taken)
+        if not found:
+            return self
+        setup = core_setup(self.mechanism, slopes=slopes_of(found, len(self.mechanism.legs)))
+        layout = layout_of(self.drawn or self.mechanism, setup, self.options, readings, found)
+        return dataclasses.replace(
+            self, unknowns=layout.names, priors=layout.prior, layout=layout, covariates=found
+        )
 
     @property
     def floating(self) -> bool:
@@ -220,9 +247,11 @@ class Survey(Value):
             reading_unit=mechanism.reading_unit,
             pose_space=mechanism.pose_space,
         )
-        taken = self.observed.exact(exact).observations(mechanism.noise)
+        seen = self.observed.exact(exact)
+        taken = observations_of(seen, mechanism.noise, self.covariates)
         places = np.where(reached[:, None], poses, np.nan)
-        rows = self._rows(core_setup(mechanism), taken, places)
+        slopes = slopes_of(self.covariates, len(mechanism.legs))
+        rows = self._rows(core_setup(mechanism, slopes=slopes), taken, places)
         if not rows.shape[1]:
             raise NotIdentifiableError(
                 f"some pose explains any {', '.join(self.observed.kinds)} and readings, so they "
@@ -237,6 +266,11 @@ class Survey(Value):
         -------
         ndarray, shape (k, r, unknowns)
         """
+        if self.covariates:
+            raise SymkinError(
+                "what changes while poses are measured cannot be planned beside poses that were "
+                "measured before; plan without drift, step, growth and backlash"
+            )
         problem = Problem.of(self.mechanism, measured, self.options)
         setup, seen = problem.setup, problem.observations
         places = starting_poses(self.mechanism, setup, measured, problem.noise)
@@ -254,7 +288,7 @@ class Survey(Value):
             places,
             ties=list(layout.ties),
         )
-        return rows.reshape(len(places), -1, len(layout.names))
+        return rows.jacobian.reshape(len(places), -1, len(layout.names))
 
     def covariance(self, rows: Sequence[Array]) -> Array:
         """Covariance of the unknowns that rows and priors promise.

@@ -34,6 +34,8 @@ __all__ = [
     "LossPer",
     "Priors",
     "Sensor",
+    "matches_name",
+    "slope_units",
     "with_file_settings",
 ]
 
@@ -107,11 +109,13 @@ class Layout(Value):
         frames: Sequence[str] = (),
         sensor: Sensor = "linear",
         largest_readings: Sequence[float] | None = None,
+        per: Mapping[str, str] | None = None,
     ) -> Layout:
         """Lay out what is unknown; the arguments are those of `identify`.
 
         `largest_readings`, of each leg, make a length or an angle comparable with a sensor's
-        quadratic term; by default 1 in its unit.
+        quadratic term; by default 1 in its unit. `per`, by the names of covariates, are the units
+        of their columns; slopes along them are unknown unless they are fixed.
 
         Raises
         ------
@@ -120,7 +124,8 @@ class Layout(Value):
             free; if nothing is free.
         """
         scalars = tuple(_core.unknown_names(mechanism.core, setup))
-        units = _units(mechanism, scalars)
+        per = per or {}
+        units = _units(mechanism, scalars, per)
         one_of("sensor", sensor, Sensor)
         always_held = _always_held(mechanism, scalars)
         given = [
@@ -133,7 +138,11 @@ class Layout(Value):
         chosen = _chosen_frames(names, frames) | _curved(mechanism, names, sensor)
         chosen |= names.matching("free", free) if free is not None else names.of_legs
         sorts = _sorts(mechanism, scalars, units)
-        shared = [shared] if isinstance(shared, str) else shared
+        slopes = {i for i, name in enumerate(scalars) if per.keys() & {*name.split(".")}}
+        chosen |= slopes
+        shared = [shared] if isinstance(shared, str) else list(shared)
+        if "growth" in per:  # of one part as of another
+            shared = [*shared, "growth"]
         ties = [_tie(names, pattern, sorts) for pattern in shared]
         chosen = chosen.union(*ties) - names.matching("fixed", fixed) | _placeless(mechanism, names)
         values = dict(zip(scalars, scalar_values(setup).tolist(), strict=True))
@@ -357,7 +366,7 @@ class _Names:
             matched = {
                 i
                 for name, i in self.index.items()
-                if _matches(name, pattern)
+                if matches_name(name, pattern)
                 and (name.rpartition(".")[2] not in self.silent - {pattern.rpartition(".")[2]})
             }
             if not matched:
@@ -378,7 +387,8 @@ class _Names:
         return found
 
 
-def _matches(name: str, pattern: str) -> bool:
+def matches_name(name: str, pattern: str) -> bool:
+    """Whether a scalar has such a name; without a dot, of a block or in any leg."""
     if "." in pattern:
         return fnmatchcase(name, pattern)
     block, _, own = name.partition(".")
@@ -507,7 +517,23 @@ def _sorts(
     return tuple(sorts)
 
 
-def _units(mechanism: Mechanism, scalars: Sequence[str]) -> tuple[str, ...]:
+def slope_units(
+    mechanism: Mechanism, names: Sequence[str], per: Mapping[str, str]
+) -> tuple[str, ...]:
+    """Units of slopes by their names; `per` are those of their covariates."""
+
+    def unit(name: str) -> str:
+        block, _, own = name.partition(".")
+        if own == "growth":
+            return f"1/{per[own]}" if per[own] else ""
+        if block.startswith("leg"):
+            return mechanism.reading_unit
+        return "rad" if own in ("phi", "rx", "ry", "rz") else "m"
+
+    return tuple(map(unit, names))
+
+
+def _units(mechanism: Mechanism, scalars: Sequence[str], per: Mapping[str, str]) -> tuple[str, ...]:
     """Of each scalar."""
     of_legs = []
     for leg in range(len(mechanism.legs)):
@@ -522,6 +548,8 @@ def _units(mechanism: Mechanism, scalars: Sequence[str]) -> tuple[str, ...]:
 
     def unit(name: str) -> str:
         block, _, own = name.partition(".")
+        if per.keys() & {block, own}:
+            return slope_units(mechanism, [name], per)[0]
         if block.startswith("leg"):
             return of_legs[int(block[3:]) - 1][own]
         if block == "plane":
@@ -566,7 +594,7 @@ def _tolerances(
     for i, name in enumerate(scalars):
         block, _, own = name.partition(".")
         if block.startswith("leg"):
-            values[i] = by_leg[int(block[3:]) - 1][own]
+            values[i] = by_leg[int(block[3:]) - 1].get(own, 0.0)
         elif block.startswith("point") and points[int(block[5:]) - 1]:
             values[i] = mechanism.tolerances.length
     return values

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,13 +14,30 @@ from symkin.model.mechanism import Mechanism
 from symkin.model.poses import Transform, frame
 from symkin.model.settings import Frames
 
-__all__ = ["core_setup", "frames_of", "scalar_values"]
+__all__ = ["Slopes", "core_setup", "frames_of", "scalar_names", "scalar_values"]
 
 Array = NDArray[np.float64]
 
 
-def core_setup(mechanism: Mechanism, curvature: Array | None = None) -> _core.Setup:
+class Slopes(NamedTuple):
+    """What changes from row to row, by unit of its covariate.
+
+    Of every leg, by name and whether it is of lengths, else of readings, shape (legs, k); and of
+    the base, by name, a tangent of six each.
+    """
+
+    of_legs: tuple[tuple[str, bool], ...]
+    legs: Array
+    of_base: tuple[str, ...]
+    base: Array
+
+
+def core_setup(
+    mechanism: Mechanism, curvature: Array | None = None, slopes: Slopes | None = None
+) -> _core.Setup:
     """The mechanism and its frames as the core takes them."""
+    count = len(mechanism.legs)
+    slopes = slopes or Slopes((), np.zeros((count, 0)), (), np.zeros((0, 6)))
     frames = mechanism.frames or Frames()
     base, target = (frame(mechanism.pose_space, each) for each in (frames.base, frames.target))
     plane = np.zeros(3)
@@ -32,6 +50,10 @@ def core_setup(mechanism: Mechanism, curvature: Array | None = None) -> _core.Se
         _in_space(frames.points),
         _in_space(frames.anchors),
         plane,
+        slopes.of_legs,
+        slopes.legs,
+        slopes.of_base,
+        slopes.base,
     )
 
 
@@ -48,6 +70,11 @@ def frames_of(mechanism: Mechanism, setup: _core.Setup) -> Frames:
     )
 
 
+def scalar_names(mechanism: Mechanism, setup: _core.Setup) -> tuple[str, ...]:
+    """Names of all scalars of a setup, see `scalar_values`; empty for one that is not there."""
+    return tuple(_core.unknown_names(mechanism.core, setup))
+
+
 def scalar_values(setup: _core.Setup) -> Array:
     """Values of all scalars of a setup in the order of their names; of frames, as they are written.
 
@@ -56,7 +83,7 @@ def scalar_values(setup: _core.Setup) -> Array:
     legs = np.hstack([setup.parameters, setup.curvature])
     frames = [_of_core(each).tangent for each in (setup.base, setup.target)]
     parts = [legs.ravel(), *frames, setup.points.ravel(), setup.anchors.ravel(), setup.plane]
-    return np.concatenate(parts)
+    return np.concatenate([*parts, setup.leg_slopes.ravel(), setup.base_slopes.ravel()])
 
 
 def _of_core(found: _core.Frame) -> Transform:

@@ -292,6 +292,10 @@ class IdentificationSettings(_Settings):
     assume : mapping of str to float or str, or None
         A standard deviation for each pattern of what is held, for ``"scale"`` and ``"bed"``; in a
         file the section ``[assumed]``.
+    drift, step : tuple of str or None
+        Of ``"leg"`` and ``"frame"``; rows, such as ``"63"`` or ``"frame:63"``.
+    growth, backlash : bool or None
+        See `identify`.
     """
 
     free: tuple[str, ...] | None = None
@@ -304,6 +308,10 @@ class IdentificationSettings(_Settings):
     gauge: str | None = None
     loss_per: str | None = None
     assume: Mapping[str, float | str] | None = field(default=None, hash=False)
+    drift: tuple[str, ...] | None = None
+    step: tuple[str, ...] | None = None
+    growth: bool | None = None
+    backlash: bool | None = None
 
     @property
     def unusual(self) -> tuple[str, ...]:
@@ -319,7 +327,7 @@ def unusual(wanted: Mapping[str, Any]) -> tuple[str, ...]:
     return tuple(
         name
         for name, value in wanted.items()
-        if value is not None and value != _USUAL.get(name, ()) and len(value)
+        if value is not None and value != _USUAL.get(name, ()) and (value is True or value)
     )
 
 

@@ -16,6 +16,7 @@ from symkin.options.words import (
     Gauge,
     Loss,
     LossPer,
+    Moving,
     Observable,
     Platform,
     PoseUse,
@@ -81,8 +82,9 @@ _ALL = (
            help="Between the positions of any two poses of a set, such as 0.05 or 5cm."),
     Option("symmetry", bool, default=True, seldom=_CHOOSING,
            help="Choose for the reference leg alone, or for every leg by itself."),
-    Option("visit", Visit, default="travel", seldom=_CHOOSING,
-           help="Order of the rows: a short way from home, or set by set."),
+    Option("visit", Visit, default="there_and_back", seldom=_CHOOSING,
+           help="Order of the rows: a short way from home, every second pose going and the others "
+                "coming back, which shows a drift; the shortest way; or set by set."),
     Option("spares", int, metavar="N", least=0, seldom=_CHOOSING,
            help="Spares of each selection; by default half as many as poses."),
     Option("time_limit", float, metavar="S", least=0, seldom=_CHOOSING,
@@ -118,6 +120,22 @@ _ALL = (
                 "may the patterns, or several in one, with commas."),
     Option("sensor", Sensor, seldom=_UNKNOWN,
            help="What sensors may do besides a straight line: bend, or err once a turn."),
+    Option("drift", list[Moving], metavar="WHAT", seldom=_UNKNOWN,
+           help="What may drift with time (column time_s, or row by row): leg, what each sensor "
+                "shows; frame, where the robot stands to the measuring device."),
+    Option("step", list[str], metavar="ROW", objects=True, seldom=_UNKNOWN,
+           help="A row from which on what each sensor shows may be different, such as 63; or "
+                "frame:63. May be given several times."),
+    Option("growth", bool, seldom=_UNKNOWN,
+           help="All lengths may grow alike with the temperature (column temperature_c), or else "
+                "with time."),
+    Option("backlash", bool, seldom=_UNKNOWN,
+           help="Each leg may come to rest elsewhere from above than from below (columns "
+                "approach_1 and so on, or the reading before)."),
+    Option("changes", dict, metavar="NAME=SIZE", objects=True, seldom=_OBSERVING,
+           help="What changes while the robot is measured, by the names of the unknowns: "
+                "leg2.drift=1 mrad, drift.x=0.1 mm, leg1.step40=1 mrad, growth=5e-5, "
+                "backlash=0.2 mrad."),
     Option("gauge", Gauge, seldom=_UNKNOWN,
            help="What settles combinations that no observation shows: the tolerances as priors; "
                 "the nearest to the drawing; or as few held parameters as will do."),

@@ -14,6 +14,7 @@ __all__ = [
     "Gauge",
     "Loss",
     "LossPer",
+    "Moving",
     "Observable",
     "Platform",
     "PoseUse",
@@ -31,6 +32,7 @@ Frame = Literal["base", "target", "points", "anchors", "plane"]
 Gauge = Literal["prior", "nominal", "datum"]
 Loss = Literal["none", "huber", "cauchy", "tukey"]
 LossPer = Literal["pose", "reading"]
+Moving = Literal["leg", "frame"]
 Observable = Literal[
     "pose", "position", "orientation", "points", "distance", "height", "reported", "readings"
 ]
@@ -39,4 +41,4 @@ PoseUse = Literal["all", "own"]
 RowKind = Literal["paper", "noise_aware"]
 SelectionMethod = Literal["exchange", "sun_hollerbach", "exhaustive", "random", "all"]
 Sensor = Literal["linear", "quadratic", "eccentric"]
-Visit = Literal["sets", "travel"]
+Visit = Literal["there_and_back", "travel", "sets"]

@@ -94,6 +94,7 @@ def predict_accuracy(
         survey = Survey.of(mechanism, plan.poses, made_for.observed, made_for.asked)
     if survey is not None:
         require_joint(estimator)
+        survey = survey.in_order(plan.poses[~plan.spare])
         rows = survey_rows(survey, plan, poses=poses, measured=measured)
         covariance = survey.covariance(rows)
         return survey.expected(workspace, covariance, confidence=confidence, anywhere=anywhere)

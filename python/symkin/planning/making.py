@@ -41,7 +41,7 @@ from symkin.planning.selection import (
     design_tasks,
     select_poses,
 )
-from symkin.planning.visiting import visiting_order
+from symkin.planning.visiting import there_and_back, visiting_order
 from symkin.storage.tables import TableSource
 
 __all__ = ["default_design", "for_all_parameters", "make_plan", "plan"]
@@ -69,7 +69,7 @@ def plan(
     minimum_distance: float = 0.0,
     margin_sigmas: float = 3.0,
     symmetry: bool = True,
-    visit: Visit = "travel",
+    visit: Visit = "there_and_back",
     spares: int | None = None,
     time_limit: float | None = None,
     threads: int = 0,
@@ -158,7 +158,7 @@ def make_plan(
     minimum_distance: float = 0.0,
     margin_sigmas: float = 3.0,
     symmetry: bool = True,
-    visit: Visit = "travel",
+    visit: Visit = "there_and_back",
     spares: int | None = None,
     time_limit: float | None = None,
     threads: int = 0,
@@ -211,8 +211,10 @@ def make_plan(
     symmetry : bool
         False chooses for every leg by itself. So it is, too, where required or measured poses tell
         the legs apart.
-    visit : {"travel", "sets"}
-        Order of the plan's rows: a short way from home through all poses, or set by set.
+    visit : {"there_and_back", "travel", "sets"}
+        Order of the plan's rows: along a short way from home, every second pose going and the
+        others coming back, so that a drift is not taken for geometry; the short way itself; or set
+        by set.
     spares : int, optional
         For each selection, by default half as many as poses.
     time_limit : float, optional
@@ -280,7 +282,7 @@ def make_plan(
         tasks = [ObservedTask(**vars(task), survey=survey) for task in tasks]
     chosen = [_choose(demands, task, kept) for task in tasks]
     plan = _assemble(demands, chosen, kept)
-    return _in_visiting_order(mechanism, plan, demands.seed) if visit == "travel" else plan
+    return plan if visit == "sets" else _in_visiting_order(plan, demands.seed, visit)
 
 
 def _assemble(demands: _Demands, chosen: Sequence[_Chosen], kept: Clearance) -> Plan:
@@ -337,10 +339,12 @@ def _images(mechanism: Mechanism, elements: Sequence[Carrying], poses: Poses) ->
     return images.reshape(-1, poses.shape[1])
 
 
-def _in_visiting_order(mechanism: Mechanism, plan: Plan, seed: int) -> Plan:
+def _in_visiting_order(plan: Plan, seed: int, visit: Visit) -> Plan:
     """Put the rows in the order of a short way, spares behind."""
     wanted = np.flatnonzero(~plan.spare)
-    way = wanted[visiting_order(mechanism, plan.poses[wanted], seed)]
+    way = wanted[visiting_order(plan.mechanism, plan.poses[wanted], seed)]
+    if visit == "there_and_back":
+        way = there_and_back(way)
     rows = np.concatenate([way, np.flatnonzero(plan.spare)])
     return replace(
         plan,

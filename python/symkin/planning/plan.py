@@ -30,6 +30,7 @@ from symkin.model.poses import pose_rows
 from symkin.options import checks
 from symkin.planning.accuracy import predict_accuracy, survey_rows
 from symkin.planning.basis import PlanBasis
+from symkin.planning.drift import drift_shown
 from symkin.planning.visiting import travel_length
 from symkin.results import Result
 from symkin.storage.output_files import OutputFiles
@@ -107,6 +108,14 @@ class Plan(Result):
         """Length of the way from home through the poses in order, without spares, m or rad."""
         return travel_length(self.mechanism, self.poses[~self.spare])
 
+    @cached_property
+    def drift_shown(self) -> float | None:
+        """How much of a sensor's drift is not taken for geometry, from 0 to 1; None if unknown.
+
+        In the order of the rows. What `identify` is told to take as an unknown has none left.
+        """
+        return drift_shown(self.mechanism, self, self._survey)
+
     @property
     def estimator(self) -> Estimator:
         """What it is worth most to: poses that are chosen for all legs at once, to `joint`."""
@@ -159,9 +168,10 @@ class Plan(Result):
         found = self._survey.held(cloud, self._survey.covariance(self._survey_rows))
         return found if found.combinations else None
 
-    @property
+    @cached_property
     def _survey(self) -> Survey | None:
-        return None if self.basis is None else self.basis.survey
+        chosen_for = None if self.basis is None else self.basis.survey
+        return chosen_for and chosen_for.in_order(self.poses[~self.spare])
 
     @cached_property
     def _survey_rows(self) -> list[NDArray[np.float64]]:
@@ -216,6 +226,7 @@ class Plan(Result):
             "poses": int(np.sum(~self.spare)),
             "spares": int(np.sum(self.spare)),
             f"travel_{self.mechanism.space.closure_unit}": self.travel,
+            "drift_shown": self.drift_shown,
             "selection": self.basis and self.basis.to_dict(),
             "expected": expected and {"estimator": self.estimator, **expected.to_dict()},
             "unknowns": [each.to_dict() for each in self.unknowns],

@@ -5,16 +5,20 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
+from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.analysis.homes import with_usable_home
 from symkin.analysis.observed import NO_NOISE, Observable, Observed
 from symkin.data.measurements import Measurements
 from symkin.data.reading import write_measurements
+from symkin.estimate.changes import changed_observations, changed_poses
+from symkin.estimate.survey import FIRST_ROW
 from symkin.files.mechanism_writer import save_mechanism
 from symkin.model.canonical import canonical
 from symkin.model.given import MechanismGiven, as_mechanism
@@ -23,6 +27,7 @@ from symkin.model.tolerances import noise_of, tolerances_of
 from symkin.model.turns import turned_into_table
 from symkin.options import checks
 from symkin.planning.accuracy import set_name
+from symkin.planning.changes import changes_of
 from symkin.planning.plan import Plan
 from symkin.planning.plan_files import as_plan
 from symkin.results import Result
@@ -118,6 +123,7 @@ def simulate(
     actual: MechanismGiven | None = None,
     *,
     observe: Observed | Observable = "pose",
+    changes: Mapping[str, float | str] | None = None,
 ) -> Simulation:
     """Simulate the measurements of a plan (section 6.5 of the paper).
 
@@ -138,6 +144,15 @@ def simulate(
     observe : Observed or str
         What is observed besides the readings, by default full poses. Base, target and plane that
         it does not give are those of the mechanism's `frames`; without, its own.
+    changes : mapping of str to float or str, optional
+        What changes while the poses are taken, in the order of the plan's rows, by the names of the
+        unknowns of `identify`: ``{"leg2.drift": "1 mrad", "drift.x": 1e-4, "step40": "1 mrad",
+        "growth": 5e-5, "leg1.backlash": "0.2 mrad"}``.
+
+    Returns
+    -------
+    Simulation
+        Its measurements are in the order in which the poses are taken.
 
     Raises
     ------
@@ -148,7 +163,9 @@ def simulate(
     actual = None if actual is None else as_mechanism(actual, "actual")
     plan = as_plan(plan, mechanism)
     observed = Observed((observe,)) if isinstance(observe, str) else observe
-    return simulate_observed(mechanism, plan, seed, actual, observed.in_frames(mechanism.frames))
+    return simulate_observed(
+        mechanism, plan, seed, actual, observed.in_frames(mechanism.frames), changes or {}
+    )
 
 
 def simulate_observed(
@@ -157,6 +174,7 @@ def simulate_observed(
     seed: int | None = None,
     actual: Mechanism | None = None,
     observed: Observed = _FULL_POSES,
+    changes: Mapping[str, float | str] | None = None,
 ) -> Simulation:
     """Simulate, with exactly these frames: by default poses in the robot's own."""
     seed = mechanism.protocol.seed if seed is None else seed
@@ -164,7 +182,7 @@ def simulate_observed(
     actual = disturb(mechanism, seed) if actual is None else actual
     require_same_shape(actual, mechanism)
     sets = [_core.PoseSet(leg, plan.poses[rows], wanted) for leg, rows, wanted in _sets(plan)]
-    as_usual = observed == _FULL_POSES
+    as_usual = observed == _FULL_POSES and not changes
     noise = mechanism.noise if as_usual else NO_NOISE
     result = _core.simulate(actual.core, mechanism.core, sets, noise_of(noise), seed)
     taken = result.measurements
@@ -172,16 +190,42 @@ def simulate_observed(
         taken.poses,
         turned_into_table(mechanism, taken.readings),
         taken.leg_sets,
-        np.arange(len(taken.poses)) + 2,  # below the header of the table that is written
+        np.arange(len(taken.poses)) + FIRST_ROW,
         reading_unit=mechanism.reading_unit,
         pose_space=mechanism.pose_space,
         sensor_table=mechanism.sensor_table,
     )
     if made:
         actual = with_usable_home(actual, measurements.poses)
-    if not as_usual:
+    order = _order_taken(plan, measurements)
+    if changes:
+        in_order = measurements.subset(order)
+        what = changes_of(
+            mechanism, replace(in_order, row_numbers=measurements.row_numbers), changes
+        )
+        measurements = changed_poses(actual, in_order, what)
         measurements = observed.measure(measurements, mechanism.noise, seed)
+        measurements = changed_observations(measurements, observed.base or (), what)
+    else:
+        if not as_usual:
+            measurements = observed.measure(measurements, mechanism.noise, seed)
+        measurements = measurements.subset(order)
+    numbers = np.arange(len(order)) + FIRST_ROW
+    measurements = replace(measurements, row_numbers=numbers)
     return Simulation(measurements, actual, tuple(result.replaced), mechanism, plan)
+
+
+def _order_taken(plan: Plan, taken: Measurements) -> NDArray[np.intp]:
+    """Rows of what was taken, set by set, in the order in which the plan visits them."""
+    places = np.zeros(len(taken.poses), dtype=np.intp)
+    for leg, rows, _ in _sets(plan):
+        own = np.flatnonzero(taken.leg_sets == leg)
+        away = taken.readings[own, None] - plan.readings[None, rows]
+        if plan.mechanism.reading_unit == "rad":
+            away = np.remainder(away + np.pi, 2 * np.pi) - np.pi
+        # Robots with errors are elsewhere than told, but their sensors show what was commanded.
+        places[own] = rows[np.nansum(np.square(away), axis=2).argmin(axis=1)]
+    return np.argsort(places, kind="stable")
 
 
 def _sets(plan: Plan) -> list[tuple[int, np.ndarray, int]]:

@@ -12,7 +12,7 @@ from symkin.model.poses import pose_rows
 
 Array = NDArray[np.float64]
 
-__all__ = ["Way", "travel_length", "visiting_order"]
+__all__ = ["Way", "there_and_back", "travel_length", "visiting_order"]
 
 
 def travel_length(mechanism: Mechanism, poses: ArrayLike | WorkspaceSample) -> float:
@@ -39,6 +39,15 @@ def visiting_order(mechanism: Mechanism, poses: Array, seed: int) -> NDArray[np.
     found = _short_way(ways / max(ways.max(), 1e-300), seed)[1:-1] - 1
     shorter = travel_length(mechanism, poses[found]) < travel_length(mechanism, poses)
     return found if shorter else given
+
+
+def there_and_back(way: Way) -> Way:
+    """Visit every second station of a way going, and the others coming back.
+
+    What drifts with time is then as far on at one end of the way as at the other in the mean, and
+    no function of the pose looks like it.
+    """
+    return np.concatenate([way[::2], way[1::2][::-1]])
 
 
 def _short_way(ways: Array, seed: int) -> Way:

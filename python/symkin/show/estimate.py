@@ -58,6 +58,7 @@ _BLOCKS = {
     "base": "Base, in the frame of the measuring device",
     "target": "Target, in the platform's frame",
     "plane": "Plane, in the frame of the base",
+    "drift": "Drift of the base in the frame of the measuring device, from end to end",
 }
 
 
@@ -355,6 +356,9 @@ def _parameter_table(found: Estimate, actual: Mechanism | None) -> Table:
             )
             for each, row in zip(own, rows, strict=True):
                 name = each.name.partition(".")[2]
+                if name not in errors:  # what changes from row to row is nothing of the robot's
+                    row += [NONE, NONE]
+                    continue
                 value = actual.legs[leg].parameters[name]
                 factor, _ = on_paper(each.unit)
                 true = fixed(factor * value, decimals_of(factor * each.deviation))
@@ -384,7 +388,8 @@ def _change(each: Unknown) -> str:
         return NONE
     factor, name = on_paper(each.unit)
     if name == each.unit:
-        factor, name = 100 / abs(each.nominal) if each.nominal else 1.0, "%"
+        factor = 100 / abs(each.nominal or 1.0)
+        name = "%" + each.unit.removeprefix("1")[: 0 if each.nominal else None]
     text = fixed(factor * each.change, decimals_of(factor * each.deviation, 3))
     sign, space = "+" * (each.change > 0), "" if name == "\N{DEGREE SIGN}" else " "
     return f"{sign}{text}{space}{name}"
@@ -394,6 +399,8 @@ def _title(block: str) -> str:
     for start in ("leg", "point", "anchor"):
         if block.startswith(start):
             return f"{start.capitalize()} {block.removeprefix(start)}"
+    if block.startswith("step"):
+        return f"Step of the base in the frame of the measuring device, at row {block[4:]}"
     return _BLOCKS[block]
 
 

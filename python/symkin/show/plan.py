@@ -88,6 +88,10 @@ def plan_page(plan: Plan) -> Page:
     judgement += remark
     way = quantity(plan.travel, mechanism.space.closure_unit)
     headlines.append(("Way", way, "from home through the poses"))
+    if plan.drift_shown is not None:
+        shown = f"{100 * plan.drift_shown:.0f}{_PERCENT}"
+        remark = "of a sensor's, in this order, is not taken for geometry"
+        headlines.append(("Drift shown", shown, remark))
     notes = []
     if basis is not None and basis.excluded:
         excluded = f"{count(basis.excluded)} of {count(basis.candidates)} candidates"

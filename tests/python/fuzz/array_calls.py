@@ -277,6 +277,13 @@ def _of_core(mechanism: symkin.Mechanism, poses: np.ndarray) -> Iterator[Call]:
         ),
         {"pose": 0},
     )
+    around = {key: problem[key] for key in problem if key not in ("column", "prior", "tolerances")}
+    for name, part in (("_core.Setup", 0), ("_core.Observations", 1)):
+        yield Call(
+            name,
+            {key: around[key] for key in around if key != "start"},
+            lambda part=part, **given: _observed(mechanism, given)[part],
+        )
     yield Call(
         "_core.observed_rows",
         {key: problem[key] for key in problem if key != "tolerances"},
@@ -284,7 +291,6 @@ def _of_core(mechanism: symkin.Mechanism, poses: np.ndarray) -> Iterator[Call]:
             core, *_observed(mechanism, given), column, prior, start
         ),
     )
-    around = {key: problem[key] for key in problem if key not in ("column", "prior", "tolerances")}
     around["home"] = np.ravel(mechanism.home)
     yield Call(
         "_core.starting_poses",
@@ -332,6 +338,10 @@ def _whatever_is_observed(
         "pose_deviations": np.full((count, dof), 1e-4),
         "point_values": np.tile(poses[:, :size], 2),
         "distances": np.full((count, 1), 1.0),
+        "leg_slopes": np.zeros((len(mechanism.legs), 1)),
+        "base_slopes": np.zeros((1, 6)),
+        "leg_covariates": np.linspace(-0.5, 0.5, count)[:, None] * np.ones(len(mechanism.legs)),
+        "base_covariates": np.linspace(-0.5, 0.5, count)[:, None],
         "start": poses,
     }
     setup, _ = _observed(mechanism, around)
@@ -366,6 +376,10 @@ def _observed(
         given["points"],
         given["anchors"],
         given["plane"],
+        [("drift", False)],
+        given["leg_slopes"],
+        ["drift"],
+        given["base_slopes"],
     )
     observations = _core.Observations(
         everywhere(given["readings"]),
@@ -374,6 +388,8 @@ def _observed(
         everywhere(given["point_values"]),
         everywhere(given["distances"]),
         nothing,
+        given["leg_covariates"],
+        given["base_covariates"],
     )
     return setup, observations
 

@@ -153,7 +153,8 @@ def test_a_turned_hexapod_drum_is_named():
 @pytest.fixture(scope="module")
 def missing(paper):
     """Positions of sound robots with readings missing: a function of the seed."""
-    plan = symkin.make_plan(paper, symkin.sample_workspace(paper, 3000, seed=1), 20)
+    sample = symkin.sample_workspace(paper, 3000, seed=1)
+    plan = symkin.make_plan(paper, sample, 20, visit="sets")
     return lambda seed: measured(paper, plan, Observed("position", missing=0.2), seed)
 
 
@@ -277,7 +278,7 @@ def test_what_no_correction_explains_is_left_at_its_symptoms(paper, plan):
 def test_two_corrections_that_leave_much_are_not_proposed():
     """Of a thousand pairs some are a thousand times less bad than readings out of all order."""
     arm = symkin.load_mechanism("5bar")
-    plan = symkin.make_plan(arm, symkin.sample_workspace(arm, 3000, seed=1), 30)
+    plan = symkin.make_plan(arm, symkin.sample_workspace(arm, 3000, seed=1), 30, visit="sets")
     taken = measured(arm, plan, Observed("position", base=(1.0, -0.5, 3.0)), seed=1000)
     shuffled = of_leg(0, np.random.default_rng(0).permutation)(taken)
     found = symkin.identify(arm, shuffled, frames=["base"], max_iterations=15)

@@ -19,7 +19,7 @@ SEED = 11
 
 @pytest.fixture(scope="module")
 def plan():
-    return symkin.load_mechanism("3RRR").plan(20, seed=3)
+    return symkin.load_mechanism("3RRR").plan(20, seed=3, visit="sets")
 
 
 @pytest.fixture(scope="module")
@@ -497,7 +497,8 @@ def test_the_hexapods_sensors_are_found_to_bend(hexapod, hexapod_table):
 
 def test_a_pose_that_noise_explains_but_that_nothing_can_be_linearised_at_is_no_doubt(paper):
     """Of row 24 leg 3 was not read; the others hardly show the angle there."""
-    plan = symkin.make_plan(paper, symkin.sample_workspace(paper, 3000, seed=1), 20)
+    sample = symkin.sample_workspace(paper, 3000, seed=1)
+    plan = symkin.make_plan(paper, sample, 20, visit="sets")
     observe = Observed("position", missing=0.2)
     taken = symkin.simulate(paper, plan, 1022, observe=observe).measurements.for_all_legs()
     sound = symkin.identify(paper, taken, prior="tolerances")

@@ -302,7 +302,8 @@ def measured():
     made = {}
     for name in MECHANISMS:
         mechanism = symkin.load_mechanism(name)
-        plan = symkin.make_plan(mechanism, symkin.sample_workspace(mechanism, 3000, 1), seed=1)
+        sample = symkin.sample_workspace(mechanism, 3000, 1)
+        plan = symkin.make_plan(mechanism, sample, seed=1, visit="sets")
         taken = symkin.simulate(mechanism, plan, 7).measurements
         made[name] = mechanism, symkin.Measurements.of(taken.poses, taken.readings)
     return made

@@ -47,12 +47,18 @@ struct LatentRows {
   Index observation_count;
   const double* values;  // N x value_count
   Index value_count;
-  const double* frames;        // N x 12, the poses: position, and the rotation by rows
-  const double* surroundings;  // the same of the base and of the target
-  const double* scalars;       // the observations' own
-  const Index* shared_of;      // of the frames' twelve and of `scalars`: which shared one, -1: held
-  const Index* slots;          // dof, of the pose's tangent of six
-  int directions;              // behind which all scalars are held
+  const double* frames;  // N x 12, the poses: position, and the rotation by rows
+  const double* bases;   // the same of the base, at every pose or, with stride 0, at all
+  Index base_stride;
+  const double* target;           // the same of the target
+  const double* scalars;          // the observations' own
+  const double* base_covariates;  // N x covariate_count
+  Index covariate_count, first_slope;
+  // Of the frames' twelve, of `scalars` and, from first_slope on, of the base's slopes: which
+  // shared one, -1: held.
+  const Index* shared_of;
+  const Index* slots;  // dof, of the pose's tangent of six
+  int directions;      // behind which all scalars are held
   Places places;
   double* room;  // N in packs x places.size
   // Of each pose: the sum of squares of its conditions, and whether these keep their digits; 0

@@ -20,18 +20,14 @@ class ObservedLanes {
 
  public:
   static void fill(const LatentRows& in) {
-    T base[12], target[12];
+    T target[12];
     for (Index i = 0; i < 12; ++i) {
-      base[i] = T(in.surroundings[i]);
-      target[i] = T(in.surroundings[12 + i]);
+      target[i] = T(in.target[i]);
     }
     Scene<Placed> placed;
-    placed.base_position = factors::variable_position<Placed>(base, factors::kBase);
-    placed.base_rotation = factors::variable_rotation<Placed>(base + 3, factors::kBase + 3);
     placed.target_position = factors::variable_position<Placed>(target, factors::kTarget);
     placed.target_rotation = factors::variable_rotation<Placed>(target + 3, factors::kTarget + 3);
     Scene<Turned> turned;
-    turned.base_rotation = factors::variable_rotation<Turned>(base + 3, 3);
     turned.target_rotation = factors::variable_rotation<Turned>(target + 3, 6);
     bool turns = false;  // whether the rotation moves anything but orientations
     for (Index k = 0; k < in.observation_count; ++k) {
@@ -44,6 +40,15 @@ class ObservedLanes {
       T frame[12];
       for (Index i = 0; i < 12; ++i) {
         frame[i] = at.read(in.frames + i, 12);
+      }
+      if (pack == 0 || in.base_stride > 0) {
+        T base[12];
+        for (Index i = 0; i < 12; ++i) {
+          base[i] = at.read(in.bases + i, in.base_stride);
+        }
+        placed.base_position = factors::variable_position<Placed>(base, factors::kBase);
+        placed.base_rotation = factors::variable_rotation<Placed>(base + 3, factors::kBase + 3);
+        turned.base_rotation = factors::variable_rotation<Turned>(base + 3, 3);
       }
       placed.position = factors::variable_position<Placed>(frame, factors::kPose);
       if (turns) {
@@ -133,6 +138,13 @@ class ObservedLanes {
         const int along = direction<D>(6 + i);
         if (in.shared_of[i] >= 0 && along >= 0) {
           c.set(first + in.shared_of[i], where_taken(misfit.v[along]));
+        }
+        for (Index j = 0; i < 6 && along >= 0 && j < in.covariate_count; ++j) {
+          const Index slope = in.shared_of[in.first_slope + 6 * j + i];
+          if (slope >= 0) {
+            const T covariate = at.read(in.base_covariates + j, in.covariate_count);
+            c.set(first + slope, where_taken(covariate * misfit.v[along]));
+          }
         }
       }
       for (int i = 0; Factor::kOwn && N > factors::kOwn && i < 3; ++i) {

@@ -29,23 +29,29 @@ LatentPoses::LatentPoses(const Mechanism& mechanism, const Observations& observa
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
     for (Index i = 0; i < UnknownList::kCurvature; ++i) {
       if (layout.is_free(list_.curvature(leg) + i)) {
+        curved_ = true;
         width_ = mechanism.parameter_count() + UnknownList::kCurvature;
       }
     }
   }
-  std::vector<Index> scalars;  // of the columns
+  std::vector<Index> scalars;      // of the columns
+  const Index own = list_.leg(1);  // before the slopes
+  if (observations.leg_covariates.cols() > 0) {
+    width_ = own + setup.leg_slopes.cols();
+  }
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
     for (Index i = 0; i < width_; ++i) {
-      scalars.push_back(list_.leg(leg) + i);
+      scalars.push_back(i < own ? list_.leg(leg) + i : list_.leg_slope(leg) + i - own);
     }
   }
   for (Index scalar = list_.base(); scalar < list_.size(); ++scalar) {
-    const bool free = layout.is_free(scalar);
+    const bool of_leg = scalar >= list_.leg_slope(0) && scalar < list_.base_slope(0);
+    const bool free = !of_leg && layout.is_free(scalar);
     shared_of_.push_back(free ? shared_++ : -1);
     if (free) {
       scalars.push_back(scalar);
-      const bool own = scalar >= list_.point(0);
-      directions_ = std::max(directions_, own ? factors::kBase : factors::kDirections);
+      const bool single = scalar >= list_.point(0) && scalar < list_.base_slope(0);
+      directions_ = std::max(directions_, single ? factors::kBase : factors::kDirections);
     }
   }
   for (const Index scalar : scalars) {
@@ -123,8 +129,13 @@ LatentRows LatentPoses::kernel_rows(const double* errors) {
           plan_.values.data(),
           plan_.values.cols(),
           frames_.data(),
-          surroundings_.data(),
+          bases_.data(),
+          bases_.rows() > 1 ? bases_.cols() : 0,
+          target_.data(),
           scalars_.data(),
+          observations_.base_covariates.data(),
+          observations_.base_covariates.cols(),
+          list_.base_slope(0) - list_.base(),
           shared_of_.data(),
           pose_slots(mechanism_.pose_space()).data(),
           directions_,
@@ -156,23 +167,36 @@ void LatentPoses::linearise_leg(const Setup& setup, const RowMatrix& poses, cons
   const Index parameters = mechanism_.parameter_count();
   const Vector own_parameters = setup.parameters.row(leg);
   Vector readings = observations_.readings.values.col(leg) + errors.col(leg);
+  Vector growths;
+  if (observations_.leg_covariates.cols() > 0) {
+    readings -= setup.reading_shifts(leg, observations_.leg_covariates);
+    growths = setup.growths(leg, observations_.leg_covariates);
+  }
   readings = readings.unaryExpr([](double value) { return std::isfinite(value) ? value : 0; });
   const Vector shown =
       readings.unaryExpr([&](double psi) { return setup.model_reading(leg, psi); });
-  model.linearise(own_parameters, poses, shown, rows);
-  if (width_ > parameters || !setup.curvature.row(leg).isZero(0)) {
+  if (growths.size() == 0 || growths.isZero(0)) {
+    model.linearise(own_parameters, poses, shown, rows);
+  } else {
+    linearise_growing(model, own_parameters, growths, poses, shown, rows);
+  }
+  rows.by_parameters.conservativeResize(Eigen::NoChange, width_);
+  rows.by_parameters.rightCols(width_ - parameters).setZero();
+  if (curved_ || !setup.curvature.row(leg).isZero(0)) {
     const CurvedSensor sensor = setup.sensor(leg);
     const Index geometry = parameters - LinearSensor::kParameters;
-    rows.by_parameters.conservativeResize(Eigen::NoChange, width_);
     for (Index at = 0; at < n * closures; ++at) {
       const double psi = readings[at / closures];
       const double by_joint = rows.by_reading[at] / sensor.straight.gain;
       const auto by_sensor = CurvedSensor::by_parameters(psi);
       rows.by_reading[at] = by_joint * sensor.by_reading(psi);
-      for (Index i = geometry; i < width_; ++i) {
+      for (Index i = geometry; i < std::min(width_, list_.leg(1)); ++i) {
         rows.by_parameters(at, i) = by_joint * by_sensor[at_index(i - geometry)];
       }
     }
+  }
+  if (growths.size() > 0) {
+    add_covariates(setup, growths, leg, rows);
   }
   // The errors of a leg's rows are independent then: the reading is in one of them.
   rows.eliminate_reading(closures);
@@ -186,6 +210,56 @@ void LatentPoses::linearise_leg(const Setup& setup, const RowMatrix& poses, cons
   }
 }
 
+// Every pose with lengths of its own, by the lengths as the setup has them.
+void LatentPoses::linearise_growing(const LegModel& model, const Vector& parameters,
+                                    const Vector& growths, const RowMatrix& poses,
+                                    const Vector& shown, ClosureRows& rows) {
+  const ChainInfo& chain = model.info();
+  const Index closures = chain.closures;
+  rows.resize(poses.rows() * closures, parameters.size(), mechanism_.dof());
+  ClosureRows one;
+  for (Index i = 0; i < poses.rows(); ++i) {
+    Vector scales = Vector::Ones(parameters.size());
+    for (Index k = 0; k < scales.size(); ++k) {
+      if (is_length(chain, chain.parameters[at_index(k)])) {
+        scales[k] += growths[i];
+      }
+    }
+    model.linearise(parameters.cwiseProduct(scales), poses.middleRows(i, 1), shown.segment(i, 1),
+                    one);
+    rows.closure.segment(i * closures, closures) = one.closure;
+    rows.by_parameters.middleRows(i * closures, closures) = one.by_parameters * scales.asDiagonal();
+    rows.by_pose.middleRows(i * closures, closures) = one.by_pose;
+    rows.by_reading.segment(i * closures, closures) = one.by_reading;
+  }
+}
+
+// Derivatives by the slopes, behind those by the parameters and the curvature.
+void LatentPoses::add_covariates(const Setup& setup, const Vector& growths, Index leg,
+                                 ClosureRows& rows) {
+  const ChainInfo& chain = mechanism_.model(leg).info();
+  Vector lengths = Vector::Zero(setup.parameters.cols());
+  for (Index k = 0; k < lengths.size(); ++k) {
+    if (is_length(chain, chain.parameters[at_index(k)])) {
+      lengths[k] = setup.parameters(leg, k);
+    }
+  }
+  for (Index at = 0; at < rows.closure.size(); ++at) {
+    const Index pose = at / chain.closures;
+    for (std::size_t k = 0; k < setup.leg_covariates.size(); ++k) {
+      const auto column = static_cast<Index>(k);
+      const double covariate =
+          observations_.leg_covariates(pose, column * mechanism_.leg_count() + leg);
+      const double by_shift =
+          setup.leg_covariates[k].of == LegCovariate::Of::reading
+              ? -rows.by_reading[at]
+              : rows.by_parameters.row(at).head(lengths.size()).dot(lengths) / (1 + growths[pose]);
+      rows.by_parameters(at, width_ - static_cast<Index>(setup.leg_covariates.size()) + column) =
+          covariate * by_shift;
+    }
+  }
+}
+
 void LatentPoses::eliminate(const Setup& setup, const RowMatrix& poses, const RowMatrix& errors,
                             const std::vector<bool>& aside) {
   for (Index leg = 0; leg < mechanism_.leg_count(); ++leg) {
@@ -195,9 +269,14 @@ void LatentPoses::eliminate(const Setup& setup, const RowMatrix& poses, const Ro
   for (Index i = 0; i < poses.rows(); ++i) {
     write_frame(frame_of_pose(mechanism_.pose_space(), poses.row(i).data()), &frames_(i, 0));
   }
-  surroundings_.resize(24);
-  write_frame(setup.base, surroundings_.data());
-  write_frame(setup.target, surroundings_.data() + 12);
+  const RowMatrix& covariates = observations_.base_covariates;
+  bases_.resize(covariates.cols() > 0 ? poses.rows() : 1, 12);
+  for (Index i = 0; i < bases_.rows(); ++i) {
+    write_frame(covariates.cols() > 0 ? setup.base_at(covariates.row(i)) : setup.base,
+                &bases_(i, 0));
+  }
+  target_.resize(12);
+  write_frame(setup.target, target_.data());
   scalars_.resize(setup.points.size() + setup.anchors.size() + 3);
   scalars_ << Eigen::Map<const Vector>(setup.points.data(), setup.points.size()),
       Eigen::Map<const Vector>(setup.anchors.data(), setup.anchors.size()), setup.plane;

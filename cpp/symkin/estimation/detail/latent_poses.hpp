@@ -54,13 +54,18 @@ class LatentPoses {
   class OfPose;
   void linearise_leg(const Setup& setup, const RowMatrix& poses, const RowMatrix& errors, Index leg,
                      const std::vector<bool>& aside);
+  void linearise_growing(const LegModel& model, const Vector& parameters, const Vector& growths,
+                         const RowMatrix& poses, const Vector& shown, ClosureRows& rows);
+  void add_covariates(const Setup& setup, const Vector& growths, Index leg, ClosureRows& rows);
   void set_places();
   LatentRows kernel_rows(const double* errors);
 
   const Mechanism& mechanism_;
   const Observations& observations_;
   UnknownList list_;
-  Index width_;                 // scalars of a leg that may be free: no curvature where it is held
+  // Scalars of a leg that may be free: no curvature where it is held, no slopes without covariates.
+  Index width_;
+  bool curved_ = false;         // whether some curvature is free
   std::vector<Index> columns_;  // of the legs' scalars and of the shared
   // How those move with the columns, where any is tied; empty: each with its own alone.
   RowMatrix by_columns_;
@@ -73,7 +78,8 @@ class LatentPoses {
   // `width_` scalars in the UnknownList.
   std::vector<ClosureRows> legs_;
   RowMatrix frames_;
-  Vector surroundings_, scalars_, room_, chi_squares_, clear_;
+  RowMatrix bases_;  // of every pose, or of all: position and rotation by rows
+  Vector target_, scalars_, room_, chi_squares_, clear_;
   std::vector<LatentRows::OfLeg> of_legs_;
 };
 

@@ -125,7 +125,8 @@ RowPlan planned_rows(const Mechanism& mechanism, const Observations& observation
   const auto own = [](const Frame& frame) {
     return frame.position.isZero(0) && frame.rotation.isIdentity(0);
   };
-  planner.add_pose(RowOrigin::Kind::pose, held && own(setup.base) && own(setup.target),
+  const bool at_rest = observations.base_covariates.cols() == 0;
+  planner.add_pose(RowOrigin::Kind::pose, held && at_rest && own(setup.base) && own(setup.target),
                    observations.poses);
   planner.add_pose(RowOrigin::Kind::reported, true, observations.reported);
   const Index dimensions = position_size(mechanism.pose_space());

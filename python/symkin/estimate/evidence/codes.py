@@ -161,6 +161,25 @@ DOUBTS: Mapping[str, Code] = {
         "sags, a joint is not where the chain has it, or the measuring device is distorted"
         "{evidence}"
     ),
+    # What changed while it was measured.
+    "drifts": Code(
+        "{whose} drifts by {amount} from the first to the last row{evidence}",
+        "identify with {options}, or measure again once the robot is warm",
+    ),
+    "steps": Code(
+        "{whose} is different by {amount} from row {rows} on: something slipped or was moved or "
+        "homed again{evidence}",
+        "identify with {options}, or leave out the rows before or after",
+    ),
+    "grows": Code(
+        "all lengths grow by {amount}, as with the temperature{evidence}",
+        "identify with {options}, or measure at one temperature",
+    ),
+    "has-backlash": Code(
+        "{whose} depends by {amount} on the side from which it comes to rest: backlash or friction"
+        "{evidence}",
+        "identify with {options}, or come to every pose from one side",
+    ),
     "neighbours-alike": Code(
         "residuals of neighbouring rows are alike: something drifts in the order of measuring, "
         "such as a warming structure, a slipping drive or a moving target{evidence}"

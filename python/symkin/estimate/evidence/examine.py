@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from symkin.errors import SymkinError
+from symkin.estimate.evidence.changes import CHANGES, change_tests, doubts_of_changes, whole_change
 from symkin.estimate.evidence.corrections import Budget, Hypothesis, hypotheses_of, likely_cause
 from symkin.estimate.evidence.drawing import implausible_parameters, unknown_parameters
 from symkin.estimate.evidence.findings import Doubt
@@ -53,9 +54,12 @@ _SENSORS = {"sensor-curved", "sensor-eccentric"}
 # What no change of parameters explains, since all that they could was taken out.
 _SHAPES = {
     *_SENSORS,
+    *CHANGES,
     *("depends-on-pose", "neighbours-alike", "neighbours-opposite"),
     *("legs-together", "estimators-disagree", "rows-unlike"),
 }
+# What a change while it was measured brings about, too.
+_OF_RESIDUALS = (_SHAPES - CHANGES) | {"residuals-large", "few-far-off", "readings-coarse"}
 
 
 class Noticed(NamedTuple):
@@ -124,13 +128,21 @@ def _noticed(
     result = diagnosed(found)
     tests, outliers = tests_of(found, result), outliers_of(found, result)
     taken = taken_from(found)
+    changes: list[Doubt] = []
     symptoms = [*doubts_of_poses(found), *signs_of_mistakes(found, taken), *doubts_of_noise(found)]
     # Where poses hardly tell parameters apart, first-order statistics say nothing of a model.
     if all(leg.condition <= CONDITION_LIMIT for leg in found.legs):
         if not _all_is_far_off(found):
             symptoms += doubts_of_rows(found, outliers)
+            apart = [each.row for each in outliers]
+            changes = list(doubts_of_changes(change_tests(found)))
+            if apart and whole_change(changes) is None:
+                changes = list(doubts_of_changes(change_tests(found, apart)))
+            symptoms += changes
             symptoms += _doubts_of_the_model(found, tests, alternatives(), model)
         symptoms += implausible_parameters(found)
+    if changes:  # which say what is alike
+        symptoms = [each for each in symptoms if not each.code.startswith("neighbours-")]
     symptoms += unknown_parameters(found)
     symptoms += coarse_readings(taken) if symptoms else []
     # What can be asked for instead comes first: the rest may be due to that.
@@ -166,6 +178,10 @@ def judged(estimate: Found, what: Noticed) -> Evidence:
     cause: Doubt | None = None
     tried: tuple[Hypothesis, ...] = ()
     budget = Budget()
+    changed = whole_change(what.symptoms)
+    if changed is not None:  # what it does to the residuals is not told beside it
+        others = [each for each in what.symptoms if each.code not in _OF_RESIDUALS]
+        return Evidence((*others, *what.lasting), tried, complete=True)
     if what.symptoms or not found.converged:
         cause, rest = gross_errors(found)
         if cause is None:

@@ -99,7 +99,8 @@ class _Finding(Value):
         """Return the options as one would write them."""
         if asker() == "python":
             return ", ".join(f"{name}={_literal(value)}" for name, value in self.options.items())
-        return " ".join(f"{flag} {value}" for flag, value in flags_of(self.options))
+        flags = flags_of(self.options)
+        return " ".join(flag if value is True else f"{flag} {value}" for flag, value in flags)
 
     def _said(self, words: str) -> str:
         several = len(self.legs) != 1

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from symkin import _core
 from symkin.analysis.workspace import coordinate_names
 from symkin.errors import SymkinError, named_legs
+from symkin.estimate.changes import at_rest
 from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.fit import FALSE_ALARMS
 from symkin.estimate.found import Found
@@ -90,7 +91,7 @@ class Diagnosed(NamedTuple):
 
 def diagnosed(found: Found) -> Diagnosed | None:
     """Test the closures of all poses that were measured in full; None where there are too few."""
-    measured = found.measurements
+    measured = at_rest(found)
     full = np.isfinite(measured.poses).all(axis=1)
     rows = np.flatnonzero(full & np.isfinite(measured.readings).any(axis=1))
     if len(rows) < 2 or (not found.converged and not found.legs):
@@ -104,7 +105,7 @@ def diagnosed(found: Found) -> Diagnosed | None:
             robot.replace(frames=None, curvature=None).core,
             _core.MeasurementSet(
                 np.ascontiguousarray(poses),
-                _as_straight_sensors_read(found)[rows],
+                _as_straight_sensors_read(found, measured.readings)[rows],
                 measured.leg_sets[rows].astype(np.int64),
             ),
             noise_of(found.noise),
@@ -117,9 +118,9 @@ def diagnosed(found: Found) -> Diagnosed | None:
     return Diagnosed(rows, core)
 
 
-def _as_straight_sensors_read(found: Found) -> Array:
+def _as_straight_sensors_read(found: Found, readings: Array) -> Array:
     """Readings of straight sensors at the same joints."""
-    robot, readings = found.mechanism, found.measurements.readings
+    robot = found.mechanism
     if robot.curvature is None:
         return readings
     quadratic, cosine, sine = np.asarray(robot.curvature).T

@@ -1,0 +1,159 @@
+# SPDX-License-Identifier: MIT
+"""What changes while a robot is measured, put into what is measured, and taken out of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin import _core
+from symkin.analysis.observed import moved_poses
+from symkin.analysis.promises import parameter_effects
+from symkin.data.measurements import Measurements
+from symkin.errors import SymkinError
+from symkin.estimate.covariates import Covariate, slopes_of
+from symkin.estimate.found import Found
+from symkin.model.core_setup import Slopes
+from symkin.model.mechanism import Mechanism
+from symkin.model.poses import frame, rotations_from_vectors
+
+__all__ = ["Changes", "at_rest", "changed_observations", "changed_poses", "slopes_found"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Changes:
+    """Covariates of the rows, and by how much they change what."""
+
+    covariates: tuple[Covariate, ...]
+    slopes: Slopes
+
+    @property
+    def of_legs(self) -> list[Covariate]:
+        """Those that the slopes of the legs belong to, in their order."""
+        return [each for each in self.covariates if each.of != "base"]
+
+    @property
+    def of_base(self) -> list[Covariate]:
+        """Those of the base."""
+        return [each for each in self.covariates if each.of == "base"]
+
+
+def slopes_found(found: Found, covariates: tuple[Covariate, ...]) -> Slopes:
+    """The slopes of an estimate along such covariates; zero where it has none."""
+    legs, zero = len(found.nominal.legs), slopes_of(covariates, len(found.nominal.legs))
+    values = {each.name: each.value for each in found.unknowns}
+    space = found.nominal.space
+    components = ("x", "y", "z", "rx", "ry", "rz" if space.in_space else "phi")
+    slopes = zero._replace(legs=zero.legs.copy(), base=zero.base.copy())
+    for k, (name, _) in enumerate(zero.of_legs):
+        slopes.legs[:, k] = [values.get(f"leg{leg + 1}.{name}", 0.0) for leg in range(legs)]
+    for k, name in enumerate(zero.of_base):
+        slopes.base[k] = [values.get(f"{name}.{each}", 0.0) for each in components]
+    return slopes
+
+
+def at_rest(found: Found) -> Measurements:
+    """What would have been measured had nothing changed, to first order in the changes."""
+    measured = found.measurements
+    covariates = found.options.covariates(found.nominal, measured)
+    if not covariates:
+        return measured
+    slopes = slopes_found(found, covariates)
+    back = Changes(covariates, slopes._replace(legs=-slopes.legs, base=-slopes.base))
+    robot = found.mechanism
+    base = robot.frames.base if robot.frames else ()
+    measured = changed_observations(measured, base, back)
+    growths = _growths(back)
+    if growths is None:
+        return measured
+    # A leg of other lengths is at the same pose where it is with these and another reading.
+    readings, poses = measured.readings.copy(), np.ascontiguousarray(found.latent_poses)
+    straight = robot.replace(frames=None, curvature=None)
+    for leg, psi in enumerate(measured.readings.T):
+        rows = _core.linearise(straight.core, leg, poses, np.ascontiguousarray(np.nan_to_num(psi)))
+        along = rows.by_parameters[:: robot.closures] @ _lengths(robot)[leg]
+        shift = -along / rows.by_reading[:: robot.closures] * growths[:, leg]
+        readings[:, leg] += np.nan_to_num(shift, posinf=0.0, neginf=0.0)
+    return replace(measured, readings=readings)
+
+
+def _growths(changes: Changes) -> Array | None:
+    """By how much the lengths of every leg are larger, over themselves, shape (N, legs)."""
+    growths = [
+        changes.slopes.legs[:, k] * each.values
+        for k, each in enumerate(changes.of_legs)
+        if each.of == "lengths"
+    ]
+    return np.asarray(sum(growths)) if growths else None
+
+
+def _lengths(mechanism: Mechanism) -> Array:
+    """Parameters that are lengths, else zero, shape (legs, p)."""
+    lengths = np.zeros(mechanism.parameters.shape)
+    for leg in range(len(mechanism.legs)):
+        units, roles = mechanism.parameter_units(leg), mechanism.parameter_roles(leg)
+        for i, (unit, role) in enumerate(zip(units, roles, strict=True)):
+            if unit == "m" and not role.is_constant and role.kind not in ("gain", "absent"):
+                lengths[leg, i] = mechanism.parameters[leg, i]
+    return lengths
+
+
+def changed_poses(actual: Mechanism, taken: Measurements, changes: Changes) -> Measurements:
+    """Poses that a growing robot takes at its readings, to first order in its growth."""
+    growths = _growths(changes)
+    if growths is None:
+        return taken
+    effects, good = parameter_effects(actual, taken.poses)
+    if not good.all():
+        raise SymkinError("a simulated robot grows at a singular pose; leave growth out")
+    lengths = _lengths(actual)
+    tangents = np.einsum("ndlp,lp,nl->nd", effects[..., : lengths.shape[1]], lengths, growths)
+    tangents = tangents[:, actual.space.components]
+    return replace(taken, poses=moved_poses(taken.pose_space, taken.poses, tangents))
+
+
+def changed_observations(
+    measured: Measurements, base: tuple[float, ...], changes: Changes
+) -> Measurements:
+    """What sensors and the device show that have changed; `base` is where it was at first."""
+    readings = measured.readings.copy()
+    for k, each in enumerate(changes.of_legs):
+        if each.of == "reading":
+            readings = readings + changes.slopes.legs[:, k] * each.values
+        if each.name == "backlash":  # readings that hardly move no longer tell the side
+            measured = replace(measured, approaches=2 * each.values)
+    measured = replace(measured, readings=readings)
+    if not changes.of_base:
+        return measured
+    if measured.distances is not None:
+        raise SymkinError(
+            "distances are measured from fixed points; let a step or a drift move legs, or observe "
+            "something else"
+        )
+    moves = np.einsum("nk,kd->nd", np.column_stack([each.values for each in changes.of_base]),
+                      changes.slopes.base)  # fmt: skip
+    size = measured.space.size
+    centre = frame(measured.pose_space, base).translation
+    turns = rotations_from_vectors(moves[:, 3:])
+
+    def moved(places: Array) -> Array:
+        arms = np.zeros((len(places), 3))
+        arms[:, :size] = places - centre[:size]
+        turned = np.einsum("nij,nj->ni", turns, arms) + centre + moves[:, :3]
+        return np.asarray(turned[:, :size])
+
+    poses = measured.poses.copy()
+    full = np.isfinite(poses[:, size:]).all(axis=1)
+    tangents = np.zeros((len(poses), 6))
+    tangents[:, 3:] = moves[:, 3:]
+    own = tangents[:, measured.space.components]
+    poses[full] = moved_poses(measured.pose_space, poses[full], own[full])
+    poses[:, :size] = moved(measured.poses[:, :size])
+    points = measured.points
+    if points is not None:
+        points = np.stack([moved(each) for each in points.transpose(1, 0, 2)], axis=1)
+    return replace(measured, poses=poses, points=points)

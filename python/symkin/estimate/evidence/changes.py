@@ -1,0 +1,417 @@
+# SPDX-License-Identifier: MIT
+"""Tests for what changes while a robot is measured: drift, steps, growth, backlash.
+
+Every term is a covariate of the rows whose slope was held at zero. One step from the estimate says
+how large it would be and how many standard deviations that is, once all that the unknowns could
+explain is taken out. All terms together alarm for one of 1000 sound robots, half of them steps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin import _core
+from symkin.errors import SymkinError
+from symkin.estimate.changes import slopes_found
+from symkin.estimate.covariates import Covariate, clock, last_moves, observations_of
+from symkin.estimate.evidence.findings import Doubt
+from symkin.estimate.evidence.residuals import ALARMS
+from symkin.estimate.fit import FALSE_ALARMS
+from symkin.estimate.found import Found
+from symkin.estimate.problem import own_readings
+from symkin.estimate.unknowns import slope_units
+from symkin.model.core_setup import core_setup, scalar_names
+from symkin.model.framing import unframed
+from symkin.values import Value, field, record
+
+__all__ = [
+    "CHANGES",
+    "ChangeTest",
+    "change_tests",
+    "doubts_of_changes",
+    "largest_of_steps",
+    "step_scores",
+    "whole_change",
+]
+
+Array = NDArray[np.float64]
+_TRIM = 2  # rows before the first and after the last step that is looked for
+_RANK = 1e-9  # of the largest singular value
+_SILENT = 1e-6  # of a column: the unknowns explain all of it
+_PER_LEG, _GROWS = "one", "all"  # names of covariates that are 1 in every row
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
+
+
+@record
+class ChangeTest(Value):
+    """A test for something that changed while the robot was measured.
+
+    Attributes
+    ----------
+    what : str
+        "drift", "step", "growth" or "backlash".
+    name : str
+        Of the slope, as an unknown: ``leg2.drift``, ``step63.x``, ``growth``.
+    leg : int
+        The leg (from 0), or -1.
+    row : int
+        The row, numbered as in its source, from which on there is a step; else -1.
+    size, deviation : float
+        Of the slope, in its unit: one step from the estimate.
+    unit : str
+        "m", "rad", "1/K", or empty for a number.
+    statistic : float
+        Standard normal for a sound robot; of a step the largest over all rows.
+    p_value : float
+        Probability of one as large for a sound robot.
+    limit : float
+        Below which `p_value` alarms.
+    seen : float
+        How much of the column the unknowns leave, between 0 and 1.
+    explains, whole : bool
+        Whether noise explains the residuals with terms of its kind, or these at least most of what
+        it does not; and whether without them it does not.
+    """
+
+    what: str
+    name: str
+    leg: int = field(number=True)
+    row: int
+    size: float
+    deviation: float
+    unit: str
+    statistic: float
+    p_value: float
+    limit: float
+    seen: float
+    explains: bool = field(private=True)
+    whole: bool = field(private=True)
+
+    @property
+    def alarms(self) -> bool:
+        """Whether it speaks against the model."""
+        return self.p_value < self.limit and self.explains
+
+
+@dataclass(frozen=True)
+class _Term:
+    """A column of whitened rows, less what the unknowns explain."""
+
+    what: str
+    of: str  # the leg's block, or the component of the base
+    leg: int
+    row: int
+    left: Array
+    length: float  # of the whole column
+    p_of: Callable[[float], float]
+
+    @property
+    def kind(self) -> tuple[str, bool]:
+        return self.what, self.leg < 0
+
+
+@dataclass(frozen=True)
+class _Rows:
+    """Whitened rows of poses in the order of time, and what is left of them."""
+
+    residual: Array  # n x r, less what the unknowns explain
+    basis: Array  # n x r x k, orthonormal, of what they explain
+    by_leg: Array  # n x r x legs: of readings that show 1 more
+    by_growth: Array  # n x r
+    by_base: Array  # n x r x components
+    components: tuple[str, ...]
+    order: NDArray[np.intp]  # the rows of the measurements
+    spare: int
+
+    def left(self, column: Array) -> Array:
+        """What the unknowns leave of a column, n x r."""
+        explained = np.einsum("nrk,nr->k", self.basis, column)
+        return np.asarray(column - self.basis @ explained)
+
+
+def change_tests(found: Found, apart: Sequence[int] = ()) -> tuple[ChangeTest, ...]:
+    """Test an estimate, without the poses that are outliers; empty where nothing is to spare."""
+    try:
+        rows = _rows(found, apart)
+    except SymkinError:
+        return ()
+    if rows is None or rows.spare < 1:
+        return ()
+    terms = list(_terms(found, rows))
+    if not terms:
+        return ()
+    square = float(np.square(rows.residual).sum())
+    drops = {each.kind: _drop(rows, terms, each.kind) for each in terms}
+    drop, count = max(drops.values())
+    scale = np.sqrt(max((square - drop) / max(rows.spare - count, 1), 1.0))
+    counts = {step: sum((each.what == "step") == step for each in terms) for step in (False, True)}
+    tests, usual = [], _usual(square, rows.spare)
+    names, units = _names(found, terms)
+    for term, name, unit in zip(terms, names, units, strict=True):
+        length = np.linalg.norm(term.left)
+        statistic = -float(np.sum(term.left * rows.residual) / length / scale)
+        drop, many = drops[term.kind]
+        left_over = _usual(square - drop, rows.spare - many)
+        tests.append(
+            ChangeTest(
+                what=term.what,
+                name=name,
+                leg=term.leg,
+                row=term.row,
+                size=float(statistic * scale / length),
+                deviation=float(scale / length),
+                unit=unit,
+                statistic=statistic,
+                p_value=term.p_of(abs(statistic)),
+                limit=ALARMS / counts[term.what == "step"],
+                seen=float(length / term.length),
+                explains=left_over or drop > (square - rows.spare) / 2,
+                whole=left_over and not usual,
+            )
+        )
+    return tuple(tests)
+
+
+def _usual(square: float, degrees: int) -> bool:
+    """Whether a sound robot may have such a chi-square."""
+    return degrees > 0 and bool(_core.chi_square_tail(max(square, 0.0), degrees) > FALSE_ALARMS)
+
+
+def _drop(rows: _Rows, terms: Sequence[_Term], kind: tuple[str, bool]) -> tuple[float, int]:
+    """How much of chi-square all terms of a kind explain together, and how many they are."""
+    own = [each for each in terms if each.kind == kind]
+    columns = np.column_stack([each.left.ravel() for each in own])
+    columns = columns / np.linalg.norm(columns, axis=0)
+    fitted, *_ = np.linalg.lstsq(columns, rows.residual.ravel(), rcond=1e-8)
+    return float(np.square(columns @ fitted).sum()), len(own)
+
+
+def _terms(found: Found, rows: _Rows) -> Iterator[_Term]:
+    measured = found.measurements
+    time = clock(measured)[rows.order]
+    moves = last_moves(found.nominal, measured)[rows.order] / 2
+    given = measured.temperatures
+    warmth = time if given is None else (given - np.mean(given))[rows.order]
+    legs = [(f"leg{leg + 1}", leg, rows.by_leg[..., leg]) for leg in range(rows.by_leg.shape[2])]
+    bases = [(each, -1, rows.by_base[..., i]) for i, each in enumerate(rows.components)]
+    for of, leg, one in (*legs, *bases):
+        yield from _term(rows, "drift", of, leg, time[:, None] * one)
+        if leg >= 0:
+            yield from _term(rows, "backlash", of, leg, moves[:, [leg]] * one)
+        yield from _step(measured.row_numbers, rows, of, leg, one)
+    yield from _term(rows, "growth", "", -1, warmth[:, None] * rows.by_growth)
+
+
+def _term(rows: _Rows, what: str, of: str, leg: int, column: Array) -> Iterator[_Term]:
+    length = float(np.linalg.norm(column))
+    left = rows.left(column)
+    if np.linalg.norm(left) > _SILENT * length > 0:
+        yield _Term(what, of, leg, -1, left, length, _two_sided)
+
+
+def _step(numbers: NDArray[np.intp], rows: _Rows, of: str, leg: int, one: Array) -> Iterator[_Term]:
+    """The step that shows most of all rows, between the first and the last few."""
+    steps, scores, alike = step_scores(one, rows.basis, rows.residual)
+    if not len(steps):
+        return
+    step = steps[np.abs(scores).argmax()]
+    # As the unknown has it, -1 before: a constant beside is not.
+    column = np.where(np.arange(len(one))[:, None] < step, -one, 0.0)
+    row = int(numbers[rows.order[step]])
+    yield _Term(
+        "step", of, leg, row, rows.left(column), float(np.linalg.norm(column)),
+        lambda u: largest_of_steps(u, alike),
+    )  # fmt: skip
+
+
+def step_scores(one: Array, basis: Array, residual: Array) -> tuple[NDArray[np.intp], Array, Array]:
+    """Where a step may be, the score of each, and the correlations of neighbouring scores.
+
+    Of rows that change by `one` from the step on, shape (n, r); residuals likewise, of which what
+    the orthonormal basis, shape (n, r, k), explains is taken out. Empty where a step cannot be told
+    from that.
+    """
+    steps = np.arange(_TRIM, len(one) - _TRIM + 1)
+    if len(steps) < _TRIM:
+        return steps[:0], np.empty(0), np.empty(0)
+
+    def from_here(values: Array) -> Array:
+        return np.asarray(np.cumsum(values[::-1], axis=0)[::-1][steps])
+
+    squares = from_here(np.square(one).sum(axis=1))
+    explained = from_here(np.einsum("nrk,nr->nk", basis, one))
+    left = squares - np.square(explained).sum(axis=1)
+    if not (left > _SILENT**2 * squares).all():
+        return steps[:0], np.empty(0), np.empty(0)
+    scores = from_here((one * residual).sum(axis=1)) / np.sqrt(left)
+    shared = squares[1:] - (explained[1:] * explained[:-1]).sum(axis=1)
+    return steps, scores, np.clip(shared / np.sqrt(left[1:] * left[:-1]), -1.0, 1.0)
+
+
+def largest_of_steps(largest: float, alike: Array) -> float:
+    """Probability, hardly exceeded, that the largest of scores of a series is as large.
+
+    Of standard normal scores whose neighbours have these correlations: that the first is beyond,
+    or any is whose neighbour before is not (Davies 1977, in steps).
+    """
+    slopes = np.sqrt((1 - alike) / (1 + alike).clip(1e-300))
+    # Owen's T(h, a): the probability that of two of this correlation one is beyond h is 2 T.
+    nodes = slopes[:, None] * (_NODES + 1) / 2
+    values = np.exp(-(largest**2) * (1 + nodes**2) / 2) / (1 + nodes**2)
+    crossings = slopes / 2 * (values @ _WEIGHTS) / (2 * np.pi)
+    return float(min(_two_sided(largest) + 4 * crossings.sum(), 1.0))
+
+
+def _two_sided(u: float) -> float:
+    return float(_core.chi_square_tail(u**2, 1))
+
+
+def _rows(found: Found, apart: Sequence[int]) -> _Rows | None:
+    """Rows of the poses that were estimated from, linearised at the estimate."""
+    robot, measured = found.mechanism, found.measurements
+    places = unframed(robot, measured.poses) if found.legs else found.latent_poses
+    curvature = robot.curvature
+    if found.legs:
+        robot = robot.replace(frames=None)
+    if found.options.poses == "own":
+        measured = own_readings(measured)
+    robot, legs = robot.replace(curvature=None), len(robot.legs)
+    estimated = found.options.covariates(robot, measured)
+    ones = np.ones((len(measured), legs))
+    added = (
+        Covariate(_PER_LEG, "reading", ones),
+        *((Covariate(_GROWS, "lengths", ones),) if robot.space.moves else ()),
+        Covariate(_PER_LEG, "base", ones[:, 0]),
+    )
+    covariates = (*estimated, *added)
+    setup = core_setup(robot, curvature, slopes_found(found, covariates))
+    names = scalar_names(robot, setup)
+    values = {each.name: each for each in found.unknowns}
+    column = [values[each].column if each in values else -1 for each in names]
+    free = len(found.names)
+    wanted = [i for i, each in enumerate(names) if {*each.split(".")} & {_PER_LEG, _GROWS}]
+    count = free
+    for i in wanted:
+        if not names[i].endswith(_GROWS):
+            column[i], count = count, count + 1
+    for i in wanted:
+        if names[i].endswith(_GROWS):
+            column[i] = count
+    count += any(names[i].endswith(_GROWS) for i in wanted)
+    seen = observations_of(measured, found.noise, covariates)
+    ties = [
+        (i, *each)
+        for i, name in enumerate(names)
+        if column[i] < 0 and name in values
+        for each in values[name].moves
+    ]
+    rows = _core.observed_rows(
+        robot.core,
+        setup,
+        seen,
+        column,
+        np.full(count, np.inf),
+        np.ascontiguousarray(places),
+        ties=ties,
+    )
+    n = len(measured)
+    jacobian, residual = rows.jacobian.reshape(n, -1, count), rows.residual.reshape(n, -1)
+    aside = {*apart, *found.aside, *(row for row, _ in found.rejected)}
+    finite = np.isfinite(jacobian).all(axis=(1, 2))
+    without = np.isin(np.arange(n), [*aside])
+    order = np.argsort(clock(measured), kind="stable")
+    order = order[(finite & ~without)[order]]
+    removed = _gradient(jacobian[finite & without, :, :free], residual[finite & without])
+    jacobian, residual = jacobian[order], residual[order]
+    if not residual.size:
+        return None
+    priors = np.full(free, np.nan)
+    for each in found.unknowns:
+        if each.column >= 0:
+            priors[each.column] = each.prior
+    own = jacobian[..., :free]
+    # An estimate with priors is where all gradients cancel; one of each leg alone need not be.
+    gradient = _gradient(own, residual) if np.isnan(priors).all() else -removed
+    stacked = np.concatenate([own.reshape(-1, free), np.diag(np.nan_to_num(1 / priors))])
+    lengths = np.linalg.norm(stacked, axis=0)
+    lengths[lengths == 0] = 1
+    tall, upper = np.linalg.qr(stacked / lengths)
+    left, singular, right = np.linalg.svd(upper)
+    shown = singular > _RANK * singular[0]
+    basis = (tall @ left[:, shown])[: residual.size].reshape(*residual.shape, -1)
+    half = (right[shown] / lengths) / singular[shown, None]
+    residual = residual - own @ (half.T @ (half @ gradient))
+    conditions = int((np.abs(jacobian).max(axis=2) > 0).sum())
+    places_of_base = [i for i in wanted if names[i].startswith(f"{_PER_LEG}.")]
+    by = jacobian[..., free:]
+    bases = by[..., legs : legs + len(places_of_base)]
+    growth = by[..., -1] if robot.space.moves else np.zeros_like(residual)
+    spare = conditions + int(np.isfinite(priors).sum()) - int(shown.sum())
+    components = tuple(names[i].partition(".")[2] for i in places_of_base)
+    return _Rows(residual, basis, by[..., :legs], growth, bases, components, order, spare)
+
+
+def _gradient(rows: Array, residual: Array) -> Array:
+    return np.asarray(np.einsum("nrk,nr->k", rows, residual))
+
+
+def _names(found: Found, terms: Sequence[_Term]) -> tuple[list[str], tuple[str, ...]]:
+    per = "K" if found.measurements.temperatures is not None else ""
+    names = []
+    for each in terms:
+        own = f"step{each.row}" if each.what == "step" else each.what
+        names.append(
+            own if not each.of else f"{each.of}.{own}" if each.leg >= 0 else f"{own}.{each.of}"
+        )
+    full = [f"leg1.{each}" if each == "growth" else each for each in names]
+    return names, slope_units(found.nominal, full, {"growth": per})
+
+
+_CODES = {"drift": "drifts", "step": "steps", "growth": "grows", "backlash": "has-backlash"}
+CHANGES = frozenset(_CODES.values())
+
+
+def whole_change(doubts: Sequence[Doubt]) -> Doubt | None:
+    """What explains all that noise does not, so that no other cause has to be looked for."""
+    return next((each for each in doubts if each.code in CHANGES and each.figures["whole"]), None)
+
+
+def doubts_of_changes(tests: Sequence[ChangeTest]) -> Iterator[Doubt]:
+    """Say what changed most: other terms often show a part of the same."""
+    alarms = [each for each in tests if each.alarms]
+    if not alarms:
+        return
+    worst = min(alarms, key=lambda each: (each.p_value / each.limit, -abs(each.statistic)))
+    asked: dict[str, dict[str, Any]] = {
+        "drift": {"drift": ["leg" if worst.leg >= 0 else "frame"]},
+        "step": {"step": [f"{worst.row}" if worst.leg >= 0 else f"frame:{worst.row}"]},
+        "growth": {"growth": True},
+        "backlash": {"backlash": True},
+    }
+    legs = (worst.leg,) if worst.leg >= 0 else ()
+    component = worst.name.partition(".")[2]
+    figures = {
+        "whose": f"what the sensor of leg {worst.leg + 1} shows"
+        if legs
+        else f"{component} of where the robot stands to the measuring device",
+        "amount": _amount(worst),
+        "whole": worst.whole,
+        "evidence": f" ({abs(worst.statistic):.1f} standard deviations, p {worst.p_value:.1g})",
+    }
+    rows = (worst.row,) if worst.what == "step" else ()
+    yield Doubt(
+        _CODES[worst.what], legs, rows, worst.size, worst.p_value, figures, asked[worst.what]
+    )
+
+
+def _amount(test: ChangeTest) -> str:
+    """The size with its deviation, in thousandths; of a growth in millionths."""
+    if test.what == "growth":
+        per = "/K" if test.unit else ""
+        return f"{1e6 * test.size:+.0f} +- {1e6 * test.deviation:.0f} ppm{per}"
+    return f"{1e3 * test.size:+.3g} +- {1e3 * test.deviation:.2g} m{test.unit}"
