@@ -1,20 +1,22 @@
 # SPDX-License-Identifier: MIT
-"""Identification of robots beside SciPy's `least_squares` with the same weights, on one core.
+"""Identification of robots beside SciPy and hand-written NumPy with the same weights, on one core.
 
 Usage: OMP_NUM_THREADS=1 taskset -c 0 .venv/bin/python benchmarks/identification_time.py [robots]
 
 The 3-RRR of the paper, three legs with 24 poses of their own, estimator `implicit`. SciPy gets the
 whitened closures and their derivatives from symkin's batched functions, and passes with fixed
 weights until the parameters stay still, by its default method and by MINPACK's; both are asked for
-the covariance. The last row has the estimator `joint` on all 72 poses, which is another problem
-than SciPy's. Processor times, best of three runs, and the largest difference of the estimates in
-standard deviations.
+the covariance. `batched_numpy` has all robots in arrays beside each other and derivatives written
+out. The last rows have Huber's loss at 30 poses a leg, the fewest that guard each other, and the
+estimator `joint` on all 72 poses: other problems than the peers'. Processor times, best of five
+runs, and the largest differences of the estimates in standard deviations.
 """
 
 import sys
 import time
 from collections.abc import Callable
 
+import batched_numpy
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
@@ -23,10 +25,12 @@ import symkin
 from symkin import _core
 from symkin.estimate.fit import core_measurements
 from symkin.model.tolerances import noise_of
+from symkin.options import Estimator, Loss, PoseUse
 
 Array = NDArray[np.float64]
 
 _LONGEST = 20  # robots that SciPy gets
+_TOGETHER = 300  # legs that NumPy is fastest with
 
 
 def by_scipy(
@@ -76,8 +80,32 @@ def by_scipy(
     return np.array(values), np.array(deviations)
 
 
-def robots(mechanism: symkin.Mechanism, count: int) -> dict[str, symkin.Measurements]:
-    plan = symkin.make_plan(mechanism, symkin.sample_workspace(mechanism), 24)
+def by_numpy(mechanism: symkin.Mechanism, fleet: list[symkin.Measurements]) -> Array:
+    """Parameters, shape (robots, legs, p)."""
+    legs = range(len(mechanism.legs))
+    rows = [[measured.rows_of(leg) for leg in legs] for measured in fleet]
+    poses = np.array([each.poses[row] for each, of in zip(fleet, rows, strict=True) for row in of])
+    readings = np.array(
+        [
+            each.readings[row, leg]
+            for each, of in zip(fleet, rows, strict=True)
+            for leg, row in enumerate(of)
+        ]
+    )
+    start = np.tile(mechanism.parameters, (len(fleet), 1))
+    noise = mechanism.noise
+    sizes = noise.position, noise.orientation, noise.reading
+    found = [
+        batched_numpy.identified(start[some], poses[some], readings[some], sizes)[0]
+        for some in np.split(np.arange(len(start)), range(_TOGETHER, len(start), _TOGETHER))
+    ]
+    return np.concatenate(found).reshape(len(fleet), *mechanism.parameters.shape)
+
+
+def robots(
+    mechanism: symkin.Mechanism, count: int, poses: int = 24
+) -> dict[str, symkin.Measurements]:
+    plan = symkin.make_plan(mechanism, symkin.sample_workspace(mechanism), poses)
     return {
         str(seed): symkin.simulate(mechanism, plan, seed=seed).measurements for seed in range(count)
     }
@@ -86,56 +114,83 @@ def robots(mechanism: symkin.Mechanism, count: int) -> dict[str, symkin.Measurem
 def best(work: Callable[[], object], robots: int) -> float:
     """Seconds a robot."""
     times = []
-    for _ in range(3):
+    for _ in range(5):
         start = time.process_time()
         work()
         times.append(time.process_time() - start)
     return min(times) / robots
 
 
+def of_fleet(
+    mechanism: symkin.Mechanism,
+    fleet: dict[str, symkin.Measurements],
+    estimator: Estimator = "implicit",
+    loss: Loss = "none",
+) -> tuple[float, float]:
+    """Seconds a robot of the core, whose results have their verdicts, and of Python around it."""
+    robots = list(fleet.values())
+    poses, readings = [each.poses for each in robots], [each.readings for each in robots]
+    leg_sets = [each.leg_sets.astype(np.int64) for each in robots]
+    noise = noise_of(mechanism.noise)
+    which = _core.Estimator.__members__[estimator]
+    use: PoseUse = "all" if estimator == "joint" else "own"
+    how = _core.PoseUse.__members__[use]
+    core = best(
+        lambda: _core.identify_many(
+            mechanism.core, poses, readings, leg_sets, which, how, noise, loss, 0.0, 100, 1
+        ),
+        len(robots),
+    )
+    whole = best(
+        lambda: symkin.identify_many(mechanism, fleet, estimator, poses=use, loss=loss, threads=1),
+        len(robots),
+    )
+    return core, whole
+
+
 def main(count: int) -> None:
     mechanism = symkin.load_mechanism("3RRR")
     fleet = robots(mechanism, count)
-    few = list(fleet.values())[:_LONGEST]
+    every = list(fleet.values())
+    few = every[:_LONGEST]
     scipy, minpack = (
         best(lambda: [by_scipy(mechanism, each, method) for each in few], len(few))  # noqa: B023
         for method in ("trf", "lm")
     )
-    core = [core_measurements(each) for each in few]
-    options = (
-        _core.Estimator.implicit,
-        _core.PoseUse.own,
-        noise_of(mechanism.noise),
-        "none",
-        0.0,
-        100,
-    )
-    calls = 50
-    single = best(
-        lambda: [_core.identify(mechanism.core, each, *options) for each in core * calls],
-        len(core) * calls,
-    )
+    core = [core_measurements(each) for each in few] * 50
+    own = _core.Estimator.implicit, _core.PoseUse.own, noise_of(mechanism.noise), "none", 0.0, 100
+    single = best(lambda: [_core.identify(mechanism.core, each, *own) for each in core], len(core))
     whole = best(lambda: [symkin.identify(mechanism, each, poses="own") for each in few], len(few))
-    many = best(lambda: symkin.identify_many(mechanism, fleet, poses="own", threads=1), len(fleet))
-    some = dict(list(fleet.items())[: max(count // 4, 1)])
-    joint = best(lambda: symkin.identify_many(mechanism, some, "joint", threads=1), len(some))
+    numpy = best(lambda: by_numpy(mechanism, every), count)
+    least_squares = of_fleet(mechanism, fleet)
+    huber = of_fleet(mechanism, robots(mechanism, count, 30), loss="huber")
+    joint = of_fleet(mechanism, fleet, "joint")
+
     found = symkin.identify_many(mechanism, fleet, poses="own", threads=1)
     off = 0.0
     for row, each in enumerate(few):
         parameters, deviations = by_scipy(mechanism, each, "trf")
         off = max(off, float(np.max(np.abs(found.parameters[row] - parameters) / deviations)))
-    print(f"{'':44} {'us a robot':>10} {'robots/s':>9} {'SciPy over it':>14}")
+    off_numpy = np.max(np.abs(found.parameters - by_numpy(mechanism, every)) / found.deviations)
+    print(f"{'':47} {'us a robot':>10} {'robots/s':>9} {'SciPy/it':>9} {'NumPy/it':>9}")
     for name, seconds in (
         ("SciPy's least_squares, same reweighting", scipy),
         ('the same with method="lm", which is MINPACK', minpack),
+        (f"NumPy, {count} robots in arrays", numpy),
         ("one call of the core", single),
         ("symkin.identify, calibrated mechanism included", whole),
-        (f"symkin.identify_many, {count} robots", many),
+        (f"one call of the core, {count} robots", least_squares[0]),
+        (f"symkin.identify_many, {count} robots", least_squares[1]),
+        ("Huber's loss, 30 poses a leg, the core", huber[0]),
+        ("Huber's loss, 30 poses a leg, identify_many", huber[1]),
+        ("joint, 72 poses, the core", joint[0]),
+        ("joint, 72 poses, identify_many", joint[1]),
     ):
-        print(f"{name:47} {1e6 * seconds:7.1f} {1 / seconds:9.0f} {scipy / seconds:14.1f}")
-    print(f"{f'the same with joint on 72 poses, {len(some)} robots':47} ", end="")
-    print(f"{1e6 * joint:7.1f} {1 / joint:9.0f}")
-    print(f"largest difference of the estimates: {off:.1e} standard deviations")
+        print(
+            f"{name:47} {1e6 * seconds:10.1f} {1 / seconds:9.0f} {scipy / seconds:9.1f} "
+            f"{numpy / seconds:9.2f}"
+        )
+    print(f"largest difference from SciPy {off:.1e}, from NumPy {off_numpy:.1e} deviations")
 
 
 if __name__ == "__main__":

@@ -8,6 +8,7 @@
 
 #include "symkin/estimation/detail/covariance.hpp"
 #include "symkin/estimation/detail/identifier.hpp"
+#include "symkin/estimation/detail/leg_fits.hpp"
 #include "symkin/estimation/joint.hpp"
 #include "symkin/support/dense.hpp"
 #include "symkin/support/error.hpp"
@@ -271,9 +272,8 @@ void IdentificationOptions::check() const {
   }
 }
 
-Identifier::Identifier(const Mechanism& mechanism, const IdentificationOptions& options,
-                       LegSolver solver)
-    : mechanism_(mechanism), options_(options), solver_(solver) {
+Identifier::Identifier(const Mechanism& mechanism, const IdentificationOptions& options)
+    : mechanism_(mechanism), options_(options) {
   const auto legs = static_cast<std::size_t>(mechanism.leg_count());
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
     data_.push_back({mechanism.model(leg),
@@ -288,46 +288,23 @@ Identifier::Identifier(const Mechanism& mechanism, const IdentificationOptions& 
   result_.legs.resize(legs);
 }
 
-void Identifier::estimate(std::size_t leg, const MeasurementSet& measurements) {
+void Identifier::estimate(std::size_t leg) {
   const auto number = static_cast<Index>(leg);
   LegData& data = data_[leg];
   LegEstimate& estimate = estimates_[leg];
-  take_data(mechanism_, measurements, number, options_.use, data);
   const Vector& start = mechanism_.leg(number).parameters;
   whiten(data, start, options_.noise, estimate.whitened);
   require_variances(data, estimate.whitened, options_.noise);
-  if (options_.estimator == Estimator::paper) {
-    require_identifiable(data, estimate.whitened, number);
-    estimate = estimate_paper(data, start, options_);
-    return;
-  }
-  const bool by_steps = solver_ == LegSolver::steps || options_.estimator == Estimator::joint;
-  // The library's own steps see what the start shows, but for weights of the loss.
-  const bool seen_by_steps =
-      by_steps && options_.estimator != Estimator::inverse && !options_.loss.any();
-  if (!seen_by_steps) {
-    require_identifiable(data, estimate.whitened, number);
-  }
-  estimate = estimate_leg(data, number, start, std::move(estimate.whitened), options_,
-                          by_steps ? LegSolver::steps : LegSolver::ceres, room_);
-  if (seen_by_steps && !LinearFit::is_clear(room_.solver.start_pivot)) {
-    WhitenedLeg whitened;
-    whiten(data, start, options_.noise, whitened);
-    require_identifiable(data, whitened, number);
-  }
+  require_identifiable(data, estimate.whitened, number);
+  estimate = options_.estimator == Estimator::paper
+                 ? estimate_paper(data, start, options_)
+                 : estimate_leg(data, number, start, std::move(estimate.whitened), options_);
 }
 
 void Identifier::describe(std::size_t leg) {
   const LegEstimate& estimate = estimates_[leg];
   const WhitenedLeg& whitened = estimate.whitened;
-  const bool solved = options_.estimator == Estimator::implicit && estimate.outcome.converged &&
-                      !options_.loss.any() && solver_ == LegSolver::steps;
-  if (solved) {
-    seen_[leg].reset(whitened.rows.by_parameters, whitened.factors, room_.solver.now.information,
-                     room_.solver.steps.cholesky());
-  } else {
-    seen_[leg].reset(whitened.rows.by_parameters, whitened.factors);
-  }
+  seen_[leg].reset(whitened.rows.by_parameters, whitened.factors);
   const auto number = static_cast<Index>(leg);
   describe_leg(data_[leg], estimate, result_.parameters.row(number).transpose(), seen_[leg],
                options_.conditions, result_.legs[leg]);
@@ -348,15 +325,23 @@ void Identifier::estimate_jointly(const MeasurementSet& measurements) {
   describe_joint(joint, data_, result_);
 }
 
-Identification& Identifier::identify(const MeasurementSet& measurements) {
+Identification& Identifier::identify(const MeasurementSet& measurements, const RowMatrix& start) {
   check_measurements(mechanism_, measurements);
   check_estimator(mechanism_.model(0).info(), options_.estimator);
   const bool joint = options_.estimator == Estimator::joint;
   result_.parameters.resize(mechanism_.leg_count(), mechanism_.parameter_count());
   result_.goodness.clear();
   for (std::size_t leg = 0; leg < data_.size(); ++leg) {
-    estimate(leg, measurements);
-    result_.parameters.row(static_cast<Index>(leg)) = estimates_[leg].parameters.transpose();
+    const auto number = static_cast<Index>(leg);
+    take_data(mechanism_, measurements, number, options_.use, data_[leg]);
+    if (start.size() > 0) {
+      estimates_[leg].outcome = {};
+      estimates_[leg].parameters = start.row(number).transpose();
+      estimates_[leg].loss_weights.setOnes(data_[leg].readings.size() * mechanism_.closures());
+    } else {
+      estimate(leg);
+    }
+    result_.parameters.row(number) = estimates_[leg].parameters.transpose();
     if (!joint) {
       describe(leg);
     }
@@ -432,8 +417,12 @@ Vector Identifier::variances() const {
 Identification identify(const Mechanism& mechanism, const MeasurementSet& measurements,
                         const IdentificationOptions& options) {
   options.check();
-  Identifier identifier(mechanism, options, LegSolver::ceres);
-  Identification& found = identifier.identify(measurements);
+  Identifier identifier(mechanism, options);
+  check_measurements(mechanism, measurements);
+  Identification& found =
+      identifier.identify(measurements, options.estimator == Estimator::joint
+                                            ? joint_start(mechanism, measurements, options)
+                                            : RowMatrix());
   found.covariance = identifier.covariance();
   return std::move(found);
 }

@@ -15,9 +15,8 @@ void rows_of_leg(const MeasurementSet& measurements, Index leg, PoseUse use,
                  std::vector<Index>& rows) {
   rows.clear();
   for (Index i = 0; i < measurements.poses.rows(); ++i) {
-    const Index set = measurements.leg_sets[static_cast<std::size_t>(i)];
-    const bool chosen = use == PoseUse::all || set == leg || set < 0;
-    if (chosen && std::isfinite(measurements.readings(i, leg))) {
+    if (uses(measurements.leg_sets[static_cast<std::size_t>(i)], leg, use) &&
+        std::isfinite(measurements.readings(i, leg))) {
       rows.push_back(i);
     }
   }

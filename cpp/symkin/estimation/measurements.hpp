@@ -20,6 +20,11 @@ enum class PoseUse {
   own,  // those chosen for it (the paper's divide and conquer), and those chosen for all legs
 };
 
+// Of a pose with such an entry of `leg_sets`.
+inline bool uses(Index leg_set, Index leg, PoseUse use) {
+  return use == PoseUse::all || leg_set == leg || leg_set < 0;
+}
+
 std::vector<Index> rows_of_leg(const MeasurementSet& measurements, Index leg, PoseUse use);
 void rows_of_leg(const MeasurementSet& measurements, Index leg, PoseUse use,
                  std::vector<Index>& rows);

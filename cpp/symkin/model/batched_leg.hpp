@@ -169,6 +169,65 @@ class BatchedLeg {
       }
     }
   }
+
+  SYMKIN_FLATTEN static void linearise_lanes(const LegLanes& legs, double* to) {
+    constexpr int kLanes = Lanes<T>::kCount;
+    constexpr int kParameters = Sensed::kParameters;
+    std::array<T, kParameters> parameters;
+    std::array<double, kLanes * Sensor::kParameters> sensors;
+    std::array<Index, kLanes> lanes;
+    for (int i = 0; i < kParameters; ++i) {
+      parameters[i] = Lanes<T>::load(legs.parameters + i * kLanes);
+    }
+    for (int lane = 0; lane < kLanes; ++lane) {
+      lanes[lane] = lane;
+      for (int i = 0; i < Sensor::kParameters; ++i) {
+        sensors[lane * Sensor::kParameters + i] =
+            legs.parameters[(Sensed::kGeometry + i) * kLanes + lane];
+      }
+    }
+    const ClosureJets<Leg, Sensor, T> closure_jets(parameters.data());
+    const auto write = [&](const T& value) {
+      Lanes<T>::store(value, to);
+      to += kLanes;
+    };
+    // A sensor knows one leg.
+    const auto of_sensors = [&](const auto& value) {
+      std::array<double, kLanes> each;
+      for (int lane = 0; lane < kLanes; ++lane) {
+        each[lane] = value(Sensor(sensors.data() + lane * Sensor::kParameters), lane);
+      }
+      return Lanes<T>::gather(each.data(), lanes.data());
+    };
+    for (Index k = 0; k < legs.count; ++k) {
+      const double* const readings = legs.readings + k * kLanes;
+      Coordinates pose;
+      for (int i = 0; i < kCoordinates; ++i) {
+        pose[i] = Lanes<T>::load(legs.poses + (k * kCoordinates + i) * kLanes);
+      }
+      const auto all = closure_jets(pose.data(), of_sensors([&](const Sensor& sensor, int lane) {
+                                      return sensor.active_joint(readings[lane]);
+                                    }));
+      for (const auto& h : all) {
+        const T& by_joint = h.v[Sensed::kDirections - 1];
+        write(h.a);
+        for (int i = 0; i < Sensed::kGeometry; ++i) {
+          write(h.v[i]);
+        }
+        for (int i = 0; i < Sensor::kParameters; ++i) {
+          write(by_joint * of_sensors([&](const Sensor& sensor, int lane) {
+                  return sensor.by_parameters(readings[lane])[i];
+                }));
+        }
+        for (int i = 0; i < kDof; ++i) {
+          write(h.v[Sensed::kGeometry + i]);
+        }
+        write(by_joint * of_sensors([&](const Sensor& sensor, int lane) {
+                return sensor.by_reading(readings[lane]);
+              }));
+      }
+    }
+  }
 };
 
 }  // namespace symkin::detail

@@ -54,6 +54,14 @@ void KernelModel::linearise(ConstVector parameters, ConstRows poses, ConstVector
                      rows.by_parameters.data(), rows.by_pose.data(), rows.by_reading.data());
 }
 
+void KernelModel::linearise_lanes(const LegLanes& legs, double* rows) const {
+  if (legs.lanes == kernels_.lanes) {
+    kernels_.linearise_lanes(legs, rows);
+  } else {
+    LegModel::linearise_lanes(legs, rows);
+  }
+}
+
 void KernelModel::linearise_pose(ConstVector parameters, ConstRows poses, ConstVector readings,
                                  ClosureRows& rows) const {
   const Index count = poses.rows() * info().closures;

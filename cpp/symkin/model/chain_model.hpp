@@ -44,6 +44,7 @@ class KernelModel : public ChainModel {
                     Eigen::Ref<Vector> margins) const final;
   void linearise(ConstVector parameters, ConstRows poses, ConstVector readings,
                  ClosureRows& rows) const final;
+  void linearise_lanes(const LegLanes& legs, double* rows) const final;
   void linearise_pose(ConstVector parameters, ConstRows poses, ConstVector readings,
                       ClosureRows& rows) const final;
 

@@ -25,7 +25,9 @@ class ClosureJets {
  public:
   using Closures = std::array<Full, static_cast<std::size_t>(kClosures)>;
 
-  explicit ClosureJets(const double* parameters)
+  // Of one leg, or of a leg a lane.
+  template <typename Value>
+  explicit ClosureJets(const Value* parameters)
       : constant_(Sensed::template geometry<T>(parameters)) {
     for (int part = 0; part < kParts; ++part) {
       parts_[static_cast<std::size_t>(part)] =

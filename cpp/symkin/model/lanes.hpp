@@ -24,6 +24,8 @@ struct Lanes<double> {
     sine = std::sin(angle);
   }
 
+  static double load(const double* from) { return *from; }
+  static void store(double value, double* to) { *to = value; }
   // Values that stand `offsets` behind the address, one a lane.
   static double gather(const double* from, const Index* offsets) { return from[offsets[0]]; }
   static void scatter(double value, double* to, const Index* offsets) { to[offsets[0]] = value; }

@@ -37,6 +37,16 @@ struct PoseSpan {
   Index count;
 };
 
+// Legs of one chain side by side, each with its own parameters at its own poses: of every number
+// here those of all lanes stand one behind the other.
+struct LegLanes {
+  Index lanes;
+  Index count;               // poses of a leg
+  const double* parameters;  // p
+  const double* poses;       // count x coordinates
+  const double* readings;    // count
+};
+
 // The loops over poses of one chain with one sensor, for one kind of processor. Readings, margins
 // and what is written have a row a pose, in it a column a leg (k where a leg has k closures).
 struct LegKernels {
@@ -47,6 +57,9 @@ struct LegKernels {
   // Of one leg.
   void (*linearise)(const double* parameters, PoseSpan poses, const double* readings,
                     double* closures, double* by_parameters, double* by_pose, double* by_reading);
+  // Of as many legs as the kernels have lanes. Rows as LegModel::linearise_lanes() writes them.
+  Index lanes;
+  void (*linearise_lanes)(const LegLanes& legs, double* rows);
   void (*forward)(LegSpan legs, PoseSpan start, const double* readings,
                   const ForwardKinematicsOptions& options, double* poses, ForwardStatus* status);
 };

@@ -11,7 +11,12 @@ namespace symkin {
 template <typename Leg, typename Sensor, typename T>
 constexpr LegKernels leg_kernels() {
   using Batched = detail::BatchedLeg<Leg, Sensor, T>;
-  return {Batched::inverse, Batched::reach, Batched::by_pose, Batched::linearise,
+  return {Batched::inverse,
+          Batched::reach,
+          Batched::by_pose,
+          Batched::linearise,
+          Lanes<T>::kCount,
+          Batched::linearise_lanes,
           detail::Newton<detail::ChainLegs<Leg, Sensor, T>>::forward};
 }
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "symkin/model/chain_info.hpp"
+#include "symkin/model/leg_kernels.hpp"
 #include "symkin/support/types.hpp"
 
 namespace ceres {
@@ -65,6 +66,9 @@ class LegModel {
                Eigen::Ref<Vector> values) const;
   virtual void linearise(ConstVector parameters, ConstRows poses, ConstVector readings,
                          ClosureRows& rows) const = 0;
+  // The same of legs side by side: of every closure a row of h, dh/dparam (p), dh/dpose (dof) and
+  // dh/dpsi, of each of these numbers those of all lanes one behind the other.
+  virtual void linearise_lanes(const LegLanes& legs, double* rows) const;
   // The same without by_parameters, which is left as it is.
   virtual void linearise_pose(ConstVector parameters, ConstRows poses, ConstVector readings,
                               ClosureRows& rows) const = 0;

@@ -66,8 +66,8 @@ struct SensedLeg {
 
   // The same as the jet's directions, from its first, those of the parameters from `first` on, as
   // many as it has; the others are constants.
-  template <typename J>
-  static Geometry<J> variable_geometry(const double* parameters, int first) {
+  template <typename J, typename Value>
+  static Geometry<J> variable_geometry(const Value* parameters, int first) {
     using T = typename J::Scalar;
     const auto jet = [=](int i) {
       const T value(parameters[i]);

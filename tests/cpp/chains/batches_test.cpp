@@ -201,6 +201,37 @@ TEST_P(Batches, SayWhatPlainDoublesSay) {
   }
 }
 
+// As many as the processor has lanes, and other numbers of them.
+TEST_P(Batches, SayOfLegsSideBySideWhatTheySayOfEachAlone) {
+  Random random(9);
+  constexpr Index kPoses = 3;
+  const Index p = static_cast<Index>(info().parameters.size());
+  const Index width = p + dof() + 2;
+  for (const Index lanes : {1, 2, 3, 4}) {
+    draw_legs(random, lanes);
+    RowMatrix parameters(p, lanes), poses(kPoses * coordinates(), lanes), readings(kPoses, lanes);
+    RowMatrix all(kPoses * info().closures * width, lanes), expected = all;
+    for (Index lane = 0; lane < lanes; ++lane) {
+      const RowMatrix own = draw_poses(random, kPoses);
+      const Vector shown = Vector::NullaryExpr(kPoses, [&] { return random.normal(); });
+      const Vector& leg = parameters_[static_cast<std::size_t>(lane)];
+      parameters.col(lane) = leg;
+      poses.col(lane) = Eigen::Map<const Vector>(own.data(), own.size());
+      readings.col(lane) = shown;
+      ClosureRows rows;
+      plain().linearise(leg, own, shown, rows);
+      for (Index i = 0; i < rows.closure.size(); ++i) {
+        expected.col(lane).segment(i * width, width) << rows.closure[i],
+            rows.by_parameters.row(i).transpose(), rows.by_pose.row(i).transpose(),
+            rows.by_reading[i];
+      }
+    }
+    model().linearise_lanes({lanes, kPoses, parameters.data(), poses.data(), readings.data()},
+                            all.data());
+    expect_close(all, expected);
+  }
+}
+
 TEST_P(Batches, GiveAPoseTheSameBitsWhateverStandsBesideIt) {
   Random random(6);
   for (const Index count : {2, 5, 11}) {

@@ -112,6 +112,72 @@ TEST(Fleet, WithALossHasARowForEachRobotAsItIsIdentifiedAlone) {
   }
 }
 
+WorkspaceOptions bound_workspace() {
+  WorkspaceOptions options;
+  options.lower = Vector(6);
+  options.lower << 0, 0, 1.5, -0.3, -0.3, 0;
+  options.upper = Vector(6);
+  options.upper << 0, 0, 1.9, 0.3, 0.3, 0;
+  options.home = identity_pose(PoseSpace::spatial);
+  options.home[2] = 1.7;
+  return options;
+}
+
+// Robots of other chains, the i-th measured at some poses fewer: three closed by two closures a
+// leg among them.
+TEST(Fleet, OfOtherChainsAndDifferentCountsHasARowForEachRobotAsItIsIdentifiedAlone) {
+  for (const auto& [nominal, workspace] :
+       {std::pair{testing::hexapod(), testing::hexapod_workspace()},
+        {testing::three_rps(), bound_workspace()}}) {
+    const RowMatrix poses = sample_workspace(nominal, workspace, 80, 11).poses;
+    for (const double noisier : {1.0, 3.0}) {  // than declared
+      for (const char* const loss : {"none", "huber"}) {
+        IdentificationOptions options;
+        options.noise = {1e-4, 1e-4, 1e-5};
+        options.loss = loss_named(loss);
+        std::vector<MeasurementSet> robots;
+        std::vector<MeasuredRobot> measured;
+        for (Index robot = 0; robot < 6; ++robot) {
+          const auto seed = static_cast<std::uint64_t>(robot);
+          robots.push_back(simulate(disturb(nominal, Tolerances{1e-3, 1e-3, 1e-3}, seed), nominal,
+                                    {{-1, poses, 70 - robot}},
+                                    {noisier * 1e-4, noisier * 1e-4, noisier * 1e-5}, seed)
+                               .measurements);
+        }
+        for (const MeasurementSet& robot : robots) {
+          measured.push_back({robot.poses.rows(), robot.poses.data(), robot.readings.data(),
+                              robot.leg_sets.data()});
+        }
+        const Fleet fleet = identify_many(nominal, measured, options);
+        for (Index robot = 0; robot < 6; ++robot) {
+          expect_as_alone(fleet, robot,
+                          identify(nominal, robots[static_cast<std::size_t>(robot)], options));
+        }
+      }
+    }
+  }
+}
+
+TEST(Fleet, IsTheSameWhoeverARobotIsFittedBesideOf) {
+  const Mechanism nominal = testing::paper_3rrr();
+  Made made = robots(nominal);
+  made.all.poses(36 * 5 + 7, 0) += 0.003;  // robot 5 takes more steps than the others
+  const IdentificationOptions options;
+  const auto measured = [&](Index robot) {
+    return MeasuredRobot{36, made.all.poses.row(36 * robot).data(),
+                         made.all.readings.row(36 * robot).data(),
+                         made.all.leg_sets.data() + 36 * robot};
+  };
+  const Fleet four =
+      identify_many(nominal, {measured(3), measured(4), measured(5), measured(6)}, options);
+  for (const Index robot : {Index{3}, Index{4}, Index{5}, Index{6}}) {
+    const Fleet one = identify_many(nominal, {measured(robot)}, options);
+    EXPECT_EQ(four.parameters.row(robot - 3), one.parameters.row(0));
+    EXPECT_EQ(four.deviations.row(robot - 3), one.deviations.row(0));
+    EXPECT_EQ(four.chi_square.row(robot - 3), one.chi_square.row(0));
+  }
+}
+
 TEST(Fleet, SaysOfARobotThatFailedWhyAndLeavesTheOthersAlone) {
   const Mechanism nominal = testing::paper_3rrr();
   Made made = robots(nominal);

@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "support/mechanisms.hpp"
+#include "symkin/estimation/detail/leg_fits.hpp"
 #include "symkin/estimation/simulation.hpp"
 #include "symkin/support/random.hpp"
 
@@ -63,39 +64,42 @@ MeasurementSet measure(const Case& robot, const MeasurementNoise& noise, int gro
   return measured;
 }
 
-LegEstimate fit(const LegData& data, const Vector& start, const IdentificationOptions& options,
-                LegSolver solver) {
+LegEstimate fit(const LegData& data, const Vector& start, const IdentificationOptions& options) {
   WhitenedLeg whitened;
-  LegWorkspace room;
   whiten(data, start, options.noise, whitened);
-  return estimate_leg(data, 1, start, whitened, options, solver, room);
+  return estimate_leg(data, 1, start, whitened, options);
 }
 
-TEST(LegEstimators, OfOneRobotByCeresAndOfAFleetByStepsAgree) {
+LegFit fit_in_lanes(const Mechanism& nominal, const MeasurementSet& measured,
+                    const IdentificationOptions& options) {
+  const MeasuredRobot robot{measured.poses.rows(), measured.poses.data(), measured.readings.data(),
+                            measured.leg_sets.data()};
+  LegFits legs(nominal, 1, options);
+  legs.fit(&robot, 1);
+  return legs.of(0);
+}
+
+TEST(LegEstimators, OfOneRobotByCeresAndOfAFleetInLanesAgree) {
   for (const Case& robot : cases()) {
-    for (const Estimator estimator : {Estimator::implicit, Estimator::inverse}) {
-      for (const std::string& loss : loss_names()) {
+    for (const std::string& loss : loss_names()) {
+      for (const int gross : {0, 3}) {
         IdentificationOptions options;
-        options.estimator = estimator;
         options.noise = {1e-4, 1e-4, 2e-5};
         options.loss = loss_named(loss);
-        const MeasurementSet measured = measure(robot, options.noise, loss == "none" ? 0 : 3);
+        const MeasurementSet measured = measure(robot, options.noise, gross);
         const LegData data = leg_data(robot.nominal, measured, 1);
-        const Vector& start = robot.nominal.leg(1).parameters;
-        const LegEstimate ceres = fit(data, start, options, LegSolver::ceres);
-        const LegEstimate steps = fit(data, start, options, LegSolver::steps);
-        const std::string which = std::string(robot.name) + ", estimator " +
-                                  std::to_string(static_cast<int>(estimator)) + ", " + loss;
+        const LegFit lanes = fit_in_lanes(robot.nominal, measured, options);
+        const std::string which = std::string(robot.name) + ", " + loss;
+        ASSERT_TRUE(lanes.clear) << which;
+        const LegEstimate ceres = fit(data, robot.nominal.leg(1).parameters, options);
         ASSERT_TRUE(ceres.outcome.converged) << which << ": " << ceres.outcome.failure;
-        ASSERT_TRUE(steps.outcome.converged) << which << ": " << steps.outcome.failure;
         // In deviations: the length of the change's effect on the whitened closures.
-        const Vector change = (ceres.parameters - steps.parameters)(data.estimated);
+        const Vector change = (ceres.parameters - lanes.parameters)(data.estimated);
         EXPECT_LT((ceres.whitened.factors.asDiagonal() * ceres.whitened.rows.by_parameters * change)
                       .norm(),
                   1e-6)
             << which;
-        EXPECT_LT((ceres.loss_weights - steps.loss_weights).cwiseAbs().maxCoeff(), 1e-6) << which;
-        EXPECT_NEAR(ceres.robust.variance, steps.robust.variance, 1e-6) << which;
+        EXPECT_EQ(lanes.rejected, (ceres.loss_weights.array() < kRejectedWeight).count()) << which;
       }
     }
   }
@@ -108,8 +112,7 @@ TEST(LegEstimators, EndWhereTheWeightedClosuresLeaveNoStep) {
       options.loss = loss_named(loss);
       const MeasurementSet measured = measure(robot, options.noise, loss == "none" ? 0 : 3);
       const LegData data = leg_data(robot.nominal, measured, 1);
-      const LegEstimate found =
-          fit(data, robot.nominal.leg(1).parameters, options, LegSolver::ceres);
+      const LegEstimate found = fit(data, robot.nominal.leg(1).parameters, options);
       // Weights anew from the loss as its definition has them.
       const Vector residuals = found.whitened.rows.closure.cwiseProduct(found.whitened.factors);
       const BlockLoss block(options.loss, 1, 1);
@@ -133,17 +136,15 @@ TEST(LegEstimators, FindTheirWayFromATenthOfAMetreAndARadianOff) {
   for (Index leg = 0; leg < 3; ++leg) {
     const LegData data = leg_data(robot.nominal, measured, leg);
     const Vector& near = robot.nominal.leg(leg).parameters;
-    const Vector expected = fit(data, near, options, LegSolver::steps).parameters;
+    const Vector expected = fit(data, near, options).parameters;
     for (int trial = 0; trial < 10; ++trial) {
       Vector far = near;
       for (Index i = 0; i < far.size() - 2; ++i) {
         far[i] += 0.2 * random.uniform() - 0.1;
       }
-      for (const LegSolver solver : {LegSolver::ceres, LegSolver::steps}) {
-        const LegEstimate estimate = fit(data, far, options, solver);
-        EXPECT_TRUE(estimate.outcome.converged) << estimate.outcome.failure;
-        EXPECT_LT((estimate.parameters - expected).norm(), 1e-8);
-      }
+      const LegEstimate estimate = fit(data, far, options);
+      EXPECT_TRUE(estimate.outcome.converged) << estimate.outcome.failure;
+      EXPECT_LT((estimate.parameters - expected).norm(), 1e-8);
     }
   }
 }

@@ -50,6 +50,8 @@ struct Lanes<xsimd::batch<double, Arch>> {
   static bool any(const Mask& mask) { return xsimd::any(mask); }
   static bool lane(const Mask& mask, int lane) { return mask.get(static_cast<std::size_t>(lane)); }
 
+  static Batch load(const double* from) { return Batch::load_unaligned(from); }
+  static void store(const Batch& value, double* to) { value.store_unaligned(to); }
   static Batch gather(const double* from, const Index* offsets) {
     return gather(from, offsets, std::make_integer_sequence<int, kCount>());
   }

@@ -14,16 +14,17 @@ namespace symkin {
 class Identifier {
  public:
   // Both outlive it.
-  Identifier(const Mechanism& mechanism, const IdentificationOptions& options, LegSolver solver);
+  Identifier(const Mechanism& mechanism, const IdentificationOptions& options);
 
-  // What the measurements say of all legs, but for the covariance; until the next robot.
-  Identification& identify(const MeasurementSet& measurements);
+  // What the measurements say of all legs, but for the covariance; until the next robot. Where
+  // `joint` starts (legs x p) may be known, or empty.
+  Identification& identify(const MeasurementSet& measurements, const RowMatrix& start);
   // Of the robot identified last.
   RowMatrix covariance() const;
   Vector variances() const;  // its diagonal
 
  private:
-  void estimate(std::size_t leg, const MeasurementSet& measurements);
+  void estimate(std::size_t leg);
   void describe(std::size_t leg);
   void estimate_jointly(const MeasurementSet& measurements);
   bool explained() const;
@@ -32,11 +33,9 @@ class Identifier {
 
   const Mechanism& mechanism_;
   const IdentificationOptions& options_;
-  LegSolver solver_;
   std::vector<LegData> data_;
   std::vector<LegEstimate> estimates_;
   std::vector<LinearFit> seen_;
-  LegWorkspace room_;
   Identification result_;
 };
 

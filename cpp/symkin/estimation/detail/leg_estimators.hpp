@@ -24,33 +24,16 @@ struct LegEstimate {
 // With a loss the weights settle after the parameters.
 inline constexpr int kRobustSteps = 5;  // times those without
 
-// What a leg's fit needs beside its result. Leg after leg in the same room asks for no memory.
-struct LegWorkspace {
-  struct State {
-    Vector parameters;
-    WhitenedLeg leg;  // or g - psi in place of the closures
-    Vector weights;   // of the loss
-    Vector relative;  // with a loss, deviations of g - psi in those of all
-  };
-  State now, former;  // `former` is where the last step began
-  Vector residuals, squares, unused;
-  SolverWorkspace solver;
-};
-
 // Gauss-Newton on g - psi, unweighted.
 LegEstimate estimate_paper(const LegData& data, const Vector& start,
                            const IdentificationOptions& options);
 
 // One solve of `inverse` (the same cost) or `implicit` (whitened closures, their variances those at
-// the estimate) with a loss whose scale is held. Robots one by one are fitted by Ceres. A fleet has
-// the library's own steps, because to build, order and walk through a ceres::Problem of some 30
-// residuals takes two to seven times as long as its arithmetic; both end at the same estimate.
-// `whitened` is the leg at the start.
+// the estimate) with a loss whose scale is held. Robots one by one are fitted by Ceres; those of a
+// fleet side by side (see LegFits), because to build, order and walk through a ceres::Problem of
+// some 30 residuals takes ten times as long as its arithmetic there. Both end at the same estimate.
 LegEstimate fit_by_ceres(const LegData& data, const Vector& start, const BlockLoss& loss,
                          const IdentificationOptions& options);
-LegEstimate fit_by_steps(const LegData& data, const Vector& start, WhitenedLeg whitened,
-                         const BlockLoss& loss, const IdentificationOptions& options,
-                         LegWorkspace& room);
 
 // Newton's steps from where a solver ended, the noise taken anew at each, to the last digit of the
 // parameters: a cost no longer shows half of them, and weights settle slowly. Whether they lead to
@@ -59,9 +42,7 @@ bool settle(const LegData& data, const BlockLoss& loss, const IdentificationOpti
             LegEstimate& estimate);
 
 // `inverse` or `implicit` with the loss of the options, see fit_robustly(). `leg` counts from 0.
-enum class LegSolver { ceres, steps };
 LegEstimate estimate_leg(const LegData& data, Index leg, const Vector& start, WhitenedLeg whitened,
-                         const IdentificationOptions& options, LegSolver solver,
-                         LegWorkspace& room);
+                         const IdentificationOptions& options);
 
 }  // namespace symkin

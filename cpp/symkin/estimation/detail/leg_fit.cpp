@@ -25,8 +25,8 @@ ConditionBlocks blocks_of(const LegData& data, const WhitenedLeg& leg) {
 class RobustLeg {
  public:
   RobustLeg(const LegData& data, Index leg, const Vector& start, WhitenedLeg whitened,
-            const IdentificationOptions& options, LegSolver solver, LegWorkspace& room)
-      : data_(&data), leg_(leg), start_(&start), options_(&options), solver_(solver), room_(&room) {
+            const IdentificationOptions& options)
+      : data_(&data), leg_(leg), start_(&start), options_(&options) {
     now_.parameters = start;
     now_.whitened = std::move(whitened);
     now_.outcome.converged = true;
@@ -39,10 +39,7 @@ class RobustLeg {
     if (!now_.outcome.converged) {
       set(*start_);
     }
-    now_ = solver_ == LegSolver::ceres
-               ? fit_by_ceres(*data_, now_.parameters, loss, *options_)
-               : fit_by_steps(*data_, Vector(now_.parameters), std::move(now_.whitened), loss,
-                              *options_, *room_);
+    now_ = fit_by_ceres(*data_, now_.parameters, loss, *options_);
     now_.outcome.iterations += before;
   }
   bool converged() const { return now_.outcome.converged; }
@@ -68,8 +65,6 @@ class RobustLeg {
   Index leg_;
   const Vector* start_;
   const IdentificationOptions* options_;
-  LegSolver solver_;
-  LegWorkspace* room_;
   LegEstimate now_;
 };
 
@@ -88,9 +83,8 @@ Vector squares_of(const ConditionBlocks& blocks, const LegEstimate& estimate, bo
 }  // namespace
 
 LegEstimate estimate_leg(const LegData& data, Index leg, const Vector& start, WhitenedLeg whitened,
-                         const IdentificationOptions& options, LegSolver solver,
-                         LegWorkspace& room) {
-  RobustLeg problem(data, leg, start, std::move(whitened), options, solver, room);
+                         const IdentificationOptions& options) {
+  RobustLeg problem(data, leg, start, std::move(whitened), options);
   const RobustLoss loss = options.estimator == Estimator::joint ? RobustLoss{} : options.loss;
   auto [losses, open] = fit_robustly(problem, loss);
   LegEstimate& estimate = problem.estimate();

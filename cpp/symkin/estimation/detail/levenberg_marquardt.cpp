@@ -7,36 +7,34 @@ namespace {
 constexpr double kPoorPivot = 1e-12;  // of a column of length one, squared
 constexpr double kUnseen = 1e-12;     // eigenvalue of what the data does not show
 
-NormalSteps::Step shortest(const NormalEquations& equations, const Vector& scale, Vector& step) {
+double shortest(const NormalEquations& equations, const Vector& scale, Vector& step) {
   if (!equations.information.allFinite()) {
-    return {-1, false};
+    return -1;
   }
   const SymmetricEigen eigen =
       symmetric_eigen(scale.asDiagonal() * equations.information * scale.asDiagonal());
   const Vector inverse = (eigen.values.array() > kUnseen).select(eigen.values.array().inverse(), 0);
   const Vector along = eigen.vectors.transpose() * scale.cwiseProduct(equations.gradient);
   step = -scale.cwiseProduct(eigen.vectors * inverse.cwiseProduct(along));
-  return {-equations.gradient.dot(step), false};
+  return -equations.gradient.dot(step);
 }
 
 }  // namespace
 
-NormalSteps::Step NormalSteps::solve(const NormalEquations& equations, double damping,
-                                     Vector& step) {
+double NormalSteps::solve(const NormalEquations& equations, double damping, Vector& step) {
   cholesky_.compute(equations.information, damping);
-  const bool accurate = cholesky_.least_pivot() > kPoorPivot;
-  if (!accurate && damping == 0) {
+  if (cholesky_.least_pivot() <= kPoorPivot && damping == 0) {
     return shortest(equations, cholesky_.scale(), step);
   }
   if (cholesky_.least_pivot() <= 0) {
-    return {-1, false};
+    return -1;
   }
   cholesky_.solve(equations.gradient, step);
   const double damped =
       damping == 0 ? 0 : damping * step.cwiseQuotient(cholesky_.scale()).squaredNorm();
   const double decrease = equations.gradient.dot(step) + damped;
   step = -step;
-  return {decrease, accurate};
+  return decrease;
 }
 
 }  // namespace symkin

@@ -24,9 +24,6 @@ struct SolverOutcome {
 struct SolverOptions {
   int max_iterations = 100;  // steps tried
   double damping = 1e-4;     // of the first step; 0 begins as Gauss-Newton
-  // A step that would move no estimate by more than this, of its standard deviation or of the root
-  // of the cost, is not taken any more.
-  double step_tolerance = 1e-12;
   // Where no pivot of the equations is above this after a step either, some direction is not shown
   // at any state, and there is nothing to come to rest.
   double least_pivot = -1;
@@ -37,9 +34,6 @@ struct NormalEquations {
   RowMatrix information;  // J'W J, of which the lower triangle is read
   Vector gradient;        // J'W rho
   double cost = 0;        // what steps lower: d from here by -(2 d'gradient + d'Hd), predicted
-  // What of the last change of the cost comes from weights that changed with the state: a step is
-  // judged by the weights that it was computed with.
-  double by_new_weights = 0;
 
   void reset(Index size) {
     information.setZero(size, size);
@@ -52,13 +46,10 @@ struct NormalEquations {
 // the sizes of parameters matter.
 class NormalSteps {
  public:
-  struct Step {
-    double decrease;  // of the cost, predicted; negative if there is no step
-    bool accurate;    // the pivots are far above rounding
-  };
   // (H + damping diag H) d = -gradient by Cholesky. Without damping and with poor pivots the
   // shortest d by eigenvalues: what the data does not show does not move.
-  Step solve(const NormalEquations& equations, double damping, Vector& step);
+  // Returns the decrease of the cost that it predicts, negative if there is no step.
+  double solve(const NormalEquations& equations, double damping, Vector& step);
   // Of the equations that were solved last, with their damping.
   const ScaledCholesky& cholesky() const { return cholesky_; }
 
@@ -72,16 +63,9 @@ struct SolverWorkspace {
   NormalEquations now, next;
   NormalSteps steps;
   Vector step;
-  double start_pivot = 0;  // the least of the undamped equations at the start
 };
 
 namespace detail {
-
-template <typename Problem, typename = void>
-struct HasOrthogonalStep : std::false_type {};
-template <typename Problem>
-struct HasOrthogonalStep<Problem, std::void_t<decltype(std::declval<Problem&>().orthogonal_step(
-                                      std::declval<Vector&>()))>> : std::true_type {};
 
 template <typename Problem, typename = void>
 struct HasCorrect : std::false_type {};
@@ -104,15 +88,14 @@ struct HasCorrect<
 //                                           the parameters where it was
 // and may have
 //   void correct(const Vector& d);          moves on from a step; `undo` takes back both
-//   bool orthogonal_step(Vector& d);        the undamped step without squaring J, asked for where
-//                                           the normal equations are too coarse; false: none
 // The problem ends as it was last linearised at the state it ends at, if `undo` keeps that too.
 // `room` ends with the equations of that state in `now`; where it converged, `steps` has solved
 // them without damping.
 template <typename Problem>
 SolverOutcome minimise(Problem& problem, const SolverOptions& options, SolverWorkspace& room) {
-  constexpr double kStill = 1e-11;    // size of a step
-  constexpr double kRounding = 1e-7;  // of the root of the cost, or of one deviation
+  constexpr double kStill = 1e-11;     // size of a step
+  constexpr double kShortest = 1e-12;  // of the root of the cost, or of one deviation
+  constexpr double kRounding = 1e-7;   // of the root of the cost, or of one deviation
   constexpr double kNear = 1e-2;
   // Of the cost, by which what the state holds beside the parameters may raise it as it settles.
   constexpr double kSettling = 0.1;
@@ -136,7 +119,6 @@ SolverOutcome minimise(Problem& problem, const SolverOptions& options, SolverWor
   NormalSteps& steps = room.steps;
   Vector& step = room.step;
   step.resize(problem.size());
-  room.start_pivot = 0;
   if (!problem.linearise(now)) {
     outcome.failure = "the residuals are not finite at the start";
     return outcome;
@@ -153,25 +135,15 @@ SolverOutcome minimise(Problem& problem, const SolverOptions& options, SolverWor
     double decrease = -1;
     bool there = false;  // a step of the parameters would be too short to count
     if (!failed) {
-      const NormalSteps::Step newton = steps.solve(now, 0, step);
-      decrease = newton.decrease;
-      if (tried == 0) {
-        room.start_pivot = steps.cholesky().least_pivot();
-      }
+      decrease = steps.solve(now, 0, step);
       if (outcome.iterations > 0 && steps.cholesky().least_pivot() <= options.least_pivot) {
         outcome.undetermined = true;
         outcome.failure = "the normal equations are singular";
         return outcome;
       }
-      if constexpr (detail::HasOrthogonalStep<Problem>::value) {
-        if (!newton.accurate && problem.orthogonal_step(step)) {
-          decrease = -now.gradient.dot(step);
-        }
-      }
       const double distance = std::sqrt(std::max(decrease, 0.0) / (now.cost + 1));
-      there =
-          decrease >= 0 && (distance < options.step_tolerance || problem.step_size(step) < kStill ||
-                            (distance < kRounding && distance >= last_distance));
+      there = decrease >= 0 && (distance < kShortest || problem.step_size(step) < kStill ||
+                                (distance < kRounding && distance >= last_distance));
       if (there && problem.latents_at_rest()) {
         outcome.converged = true;
         return outcome;
@@ -192,7 +164,7 @@ SolverOutcome minimise(Problem& problem, const SolverOptions& options, SolverWor
       if (decrease < 0) {
         damping = std::max(damping, kLeastDamping);
       }
-      decrease = steps.solve(now, damping, step).decrease;
+      decrease = steps.solve(now, damping, step);
       if (!(decrease >= 0) || problem.step_size(step) < kStill) {
         outcome.converged = decrease >= 0 && last_distance < kRounding;
         outcome.failure = outcome.converged ? "" : "no step lowers the cost";
@@ -203,13 +175,13 @@ SolverOutcome minimise(Problem& problem, const SolverOptions& options, SolverWor
     const auto take = [&](double slack) {
       problem.step(step);
       linearised = problem.linearise(next);
-      return linearised && (next.cost - next.by_new_weights <= now.cost + slack);
+      return linearised && (next.cost <= now.cost + slack);
     };
     const auto corrected = [&](double slack) {
       if constexpr (detail::HasCorrect<Problem>::value) {
         for (int i = 0; i < kCorrections && linearised; ++i) {
           const double before = next.cost;
-          const double predicted = steps.solve(next, kCorrectionDamping * damping, step).decrease;
+          const double predicted = steps.solve(next, kCorrectionDamping * damping, step);
           if (!(predicted > kReturn * (before - now.cost))) {
             return false;
           }

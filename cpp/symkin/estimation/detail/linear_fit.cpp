@@ -35,19 +35,6 @@ void LinearFit::reset(const RowMatrix& by_parameters, const Vector& factors) {
   factors_ = factors;
   weighted_square(by_parameters, factors.cwiseAbs2(), square_);
   cholesky_.compute(square_);
-  look_closer();
-}
-
-void LinearFit::reset(const RowMatrix& by_parameters, const Vector& factors,
-                      const RowMatrix& square, const ScaledCholesky& cholesky) {
-  by_parameters_ = &by_parameters;
-  factors_ = factors;
-  square_ = square;
-  cholesky_ = cholesky;
-  look_closer();
-}
-
-void LinearFit::look_closer() {
   if (!clear()) {
     space_ = column_space(rows() * cholesky_.scale().asDiagonal());
   }

@@ -21,11 +21,8 @@ class LinearFit {
   LinearFit(const RowMatrix& by_parameters, const Vector& factors) {
     reset(by_parameters, factors);
   }
-  // The rows outlive it. Anew in the same room; or of rows whose square is known, lower triangle,
-  // with its decomposition.
+  // The rows outlive it. Anew in the same room.
   void reset(const RowMatrix& by_parameters, const Vector& factors);
-  void reset(const RowMatrix& by_parameters, const Vector& factors, const RowMatrix& square,
-             const ScaledCholesky& cholesky);
 
   // Whether the columns are so far from dependent that the normal equations show it.
   bool clear() const { return is_clear(cholesky_.least_pivot()); }
@@ -48,7 +45,6 @@ class LinearFit {
 
  private:
   RowMatrix rows() const { return factors_.asDiagonal() * *by_parameters_; }
-  void look_closer();
 
   const RowMatrix* by_parameters_ = nullptr;
   Vector factors_;

@@ -70,6 +70,26 @@ std::vector<Index> unguarded(const ConditionBlocks& blocks, const RobustLoss& lo
   return open;
 }
 
+std::vector<RobustLoss> stages_of(const RobustLoss& loss) {
+  using Start = LossFamily::Start;
+  std::vector<RobustLoss> stages;
+  if (!loss.any()) {
+    return stages;
+  }
+  const auto before = [&](const char* name) {
+    stages.push_back(loss_named(name));
+    stages.back().spread = loss.spread;
+  };
+  if (loss.family->start != Start::least_squares) {
+    before("huber");
+  }
+  if (loss.family->start == Start::cauchy) {
+    before("cauchy");
+  }
+  stages.push_back(loss);
+  return stages;
+}
+
 RobustStatistics robust_statistics(const Vector& squares, const std::vector<Index>& conditions,
                                    Index parameters, BlockLosses& losses, const Vector& relative,
                                    Index priors, double prior_squares) {

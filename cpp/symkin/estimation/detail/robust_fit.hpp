@@ -84,6 +84,9 @@ RobustStatistics robust_statistics(const Vector& squares, const std::vector<Inde
 template <typename Problem>
 std::pair<BlockLosses, std::vector<Index>> fit_robustly(Problem& problem, const RobustLoss& loss);
 
+// What leads to the fit with a loss, which is the last of these: nothing without one.
+std::vector<RobustLoss> stages_of(const RobustLoss& loss);
+
 namespace detail {
 
 // From Huber's fit and from subsets. Where Huber's loss rejects nothing there is nothing that a
@@ -122,19 +125,17 @@ std::pair<BlockLosses, std::vector<Index>> fit_robustly(Problem& problem, const 
   const ConditionBlocks blocks = problem.blocks();
   std::vector<Index> unguarded = problem.guard(blocks);
   const double spread = loss.spread > 0 ? loss.spread : best_of_subsets(blocks).scale;
-  BlockLosses losses{loss, spread};
-  if (loss.family->start != LossFamily::Start::least_squares) {
-    BlockLosses huber{loss_named("huber"), spread};
-    problem.solve(huber);
-    if (loss.family->start == LossFamily::Start::two) {
-      detail::fit_from_two(problem, losses, huber);
-      return {std::move(losses), std::move(unguarded)};
+  std::vector<BlockLosses> stages;
+  for (const RobustLoss& stage : stages_of(loss)) {
+    stages.emplace_back(stage, spread);
+    if (stage.family->start == LossFamily::Start::two) {
+      BlockLosses huber = stages[stages.size() - 2];
+      detail::fit_from_two(problem, stages.back(), huber);
+    } else {
+      problem.solve(stages.back());
     }
-    BlockLosses cauchy{loss_named("cauchy"), spread};
-    detail::fit_from_two(problem, cauchy, huber);
   }
-  problem.solve(losses);
-  return {std::move(losses), std::move(unguarded)};
+  return {std::move(stages.back()), std::move(unguarded)};
 }
 
 }  // namespace symkin
