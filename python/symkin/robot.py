@@ -13,6 +13,7 @@ from symkin.analysis.checks import CheckResult, check_mechanism
 from symkin.analysis.evaluation import Evaluation, evaluate
 from symkin.analysis.observability import RowKind
 from symkin.analysis.observed import Observable, Observed
+from symkin.analysis.promises import CONFIDENCE
 from symkin.analysis.workspace import WorkspaceSample, sample_workspace
 from symkin.data.reading import Measured
 from symkin.estimate.estimate import Estimate
@@ -92,6 +93,7 @@ class Robot(Mechanism):
         spares: int | None = None,
         time_limit: float | None = None,
         threads: int = 0,
+        confidence: float = CONFIDENCE,
         observe: Observing | None = None,
         **unknowns: Unpack[Unknowns],
     ) -> Plan:
@@ -115,6 +117,7 @@ class Robot(Mechanism):
             spares=spares,
             time_limit=time_limit,
             threads=threads,
+            confidence=confidence,
             observe=observe,
             **unknowns,
         )
@@ -155,6 +158,7 @@ class Robot(Mechanism):
         step: Sequence[str | int] | str | int | None = None,
         growth: bool | None = None,
         backlash: bool | None = None,
+        confidence: float = CONFIDENCE,
     ) -> Estimate[Self]:
         """Return `symkin.identify` from measurements, with it as the nominal mechanism."""
         return identify(
@@ -180,6 +184,7 @@ class Robot(Mechanism):
             step=step,
             growth=growth,
             backlash=backlash,
+            confidence=confidence,
         )
 
     def evaluate(
@@ -188,9 +193,12 @@ class Robot(Mechanism):
         actual: MechanismGiven | None = None,
         poses: ArrayLike | WorkspaceSample | None = None,
         measurements: Measured | None = None,
+        confidence: float = CONFIDENCE,
     ) -> Evaluation:
         """Return `symkin.evaluate` of it as the model of a controller."""
-        return evaluate(self, actual=actual, poses=poses, measurements=measurements)
+        return evaluate(
+            self, actual=actual, poses=poses, measurements=measurements, confidence=confidence
+        )
 
     def run(
         self,

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
 from symkin.analysis.frame_fit import align
+from symkin.analysis.promises import CONFIDENCE, sampled_bound
 from symkin.analysis.reflectors import own_poses
 from symkin.analysis.workspace import WorkspaceSample, sample_workspace
 from symkin.data.measurements import Measurements
@@ -34,7 +35,15 @@ from symkin.options import checks
 from symkin.results import Result
 from symkin.values import Value, field, plain, record
 
-__all__ = ["AlignedErrors", "Evaluation", "at_arm", "closures_of", "evaluate", "pose_differences"]
+__all__ = [
+    "AlignedErrors",
+    "Evaluation",
+    "SampledPromise",
+    "at_arm",
+    "closures_of",
+    "evaluate",
+    "pose_differences",
+]
 
 Array = NDArray[np.float64]
 # Root mean square and maximum of the distance (m) and of the angle (rad), and of how many poses.
@@ -75,6 +84,30 @@ class AlignedErrors(Value):
 
 
 @record
+class SampledPromise(Value):
+    """What errors at some poses say of all poses that these were drawn from.
+
+    Only for poses that the model has not seen: an identification fits its own.
+
+    Attributes
+    ----------
+    confidence : float
+        With which both are kept.
+    position_bound, orientation_bound : float
+        What the root mean square over all such poses is within, m and rad, see `sampled_bound`; NaN
+        for one pose.
+    inside : float
+        Share of all such poses, at least, of which the error is within the largest here (Wilks,
+        1941: whatever the errors' distribution).
+    """
+
+    confidence: float
+    position_bound: float = field(unit="rms_m")
+    orientation_bound: float = field(unit="rms_rad")
+    inside: float
+
+
+@record
 class Evaluation(Result):
     """End-effector errors over poses.
 
@@ -112,6 +145,8 @@ class Evaluation(Result):
         and ``"orientation"``, m and rad; None where none is declared, or nothing was measured.
     notes : tuple of str
         What to know of the table that was measured, such as columns that nothing was read from.
+    confidence : float
+        With which `promise` is kept.
     """
 
     position_rms: float = field(unit="m")
@@ -131,6 +166,7 @@ class Evaluation(Result):
     closures: Array | None = field(private=True, default=None)
     instrument: Mapping[str, float] | None = field(private=True, default=None)
     notes: tuple[str, ...] = field(compare=False, default=())
+    confidence: float = CONFIDENCE
 
     @classmethod
     def of(
@@ -178,6 +214,13 @@ class Evaluation(Result):
             for part in (self.differences[:, :size], self.differences[:, size:])
         )
         return position, angle
+
+    @cached_property
+    def promise(self) -> SampledPromise:
+        """What the errors say of poses that were not evaluated, if these are like them."""
+        position, orientation = (sampled_bound(each, self.confidence) for each in self.errors)
+        inside = (1 - self.confidence) ** (1 / self.evaluated)
+        return SampledPromise(self.confidence, position, orientation, inside)
 
     @property
     def closure_rms(self) -> tuple[float, Array] | None:
@@ -233,6 +276,7 @@ class Evaluation(Result):
                 closures and {f"rms_{unit}": closures[0], f"legs_rms_{unit}": closures[1]}
             ),
             "aligned": plain(self.aligned),
+            "promise": plain(self.promise),
         }
 
     def columns(self) -> Mapping[str, Any]:
@@ -274,6 +318,7 @@ def evaluate(
     actual: MechanismGiven | None = None,
     poses: ArrayLike | WorkspaceSample | None = None,
     measurements: Measured | None = None,
+    confidence: float = CONFIDENCE,
 ) -> Evaluation:
     """Evaluate a model by its end-effector errors.
 
@@ -293,6 +338,9 @@ def evaluate(
         all readings is left out. The poses are those of the target in the device's frame if the
         model has `frames`. Where points were measured instead of poses, these are what the points
         say of the platform, and the errors those in their middle.
+
+    confidence : float
+        With which `Evaluation.promise` is kept.
 
     Raises
     ------
@@ -343,6 +391,7 @@ def evaluate(
         result = Evaluation.of(
             *at_arm(errors.differences, rows, arm, model.space), model, row_numbers=numbers
         )
+    result = dataclasses.replace(result, confidence=confidence)
     if measurements is None:
         return result
     partial = int((~whole).sum())

@@ -19,6 +19,7 @@ __all__ = [
     "examined",
     "parameter_effects",
     "promised",
+    "sampled_bound",
     "thinned",
 ]
 
@@ -108,6 +109,24 @@ def anywhere(
             else 0.0
         )
     return found[0], found[1]
+
+
+def sampled_bound(errors: Array, confidence: float = CONFIDENCE) -> float:
+    """Return what the root mean square over all poses is within, by errors at some of them.
+
+    They are a random sample of these, of one robot: the logarithm of their mean square is taken
+    for normal, with the standard error that their scatter says. NaN of fewer than two.
+    """
+    squares = errors[np.isfinite(errors)] ** 2
+    count = len(squares)
+    if count < 2:
+        return math.nan
+    mean = float(squares.mean())
+    if mean == 0:
+        return 0.0
+    error = float(squares.std(ddof=1)) / (mean * math.sqrt(count))
+    one_sided = _core.student_limit(2 * (1 - confidence), count - 1)
+    return math.sqrt(mean * math.exp(one_sided * error))
 
 
 def parameter_effects(mechanism: Mechanism, poses: Array) -> tuple[Array, NDArray[np.bool_]]:

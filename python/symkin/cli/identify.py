@@ -16,6 +16,7 @@ from symkin.cli.options import (
     AssumeOption,
     CandidatesOption,
     ColumnsOption,
+    ConfidenceOption,
     EstimatorOption,
     GaugeOption,
     IgnoreOption,
@@ -42,6 +43,7 @@ from symkin.cli.options import (
     printed_length_of,
     refuse_unless,
     several_of,
+    share_of,
     with_sensor_table,
 )
 from symkin.estimate import Estimate
@@ -98,6 +100,7 @@ def identify(
     ] = None,
     gauge: GaugeOption = None,
     assume: AssumeOption = None,
+    confidence: ConfidenceOption = "0.95",
     noise: NoiseOption = None,
     cross_validate: Annotated[
         int | None, option("K", "Predict each of K parts of the poses from the others, too.", min=2)
@@ -136,6 +139,7 @@ def identify(
         "--seed draws parts at random, and --cross-validate-blocks says that they are blocks",
     )
     _refuse_no_loss(loss, loss_scale, loss_per)
+    share = share_of(confidence, "confidence")
     if printed and (unknown.free or unknown.frames):
         raise typer.BadParameter(
             "--printed leaves open where bed and ruler lay, which --free and --frames would say; "
@@ -164,6 +168,7 @@ def identify(
                 **unknown.arguments(),
                 gauge=gauge,
                 assume=assumed_of(several_of(assume)),
+                confidence=share,
                 noise=noise,
             )
             if cross_validate is not None:
@@ -395,6 +400,7 @@ def evaluate(
     measurements: Annotated[Path | None, option("FILE", "Measured poses and readings.")] = None,
     columns: ColumnsOption = None,
     ignore: IgnoreOption = None,
+    confidence: ConfidenceOption = "0.95",
     out: Annotated[Path | None, folder_of("evaluation.json and evaluation.html")] = None,
     seed: SeedOption = None,
     overwrite: OverwriteOption = False,
@@ -411,6 +417,7 @@ def evaluate(
     given = {"actual": actual, "plan": plan, "candidates": candidates}
     given |= {"measurements": measurements, "columns": columns}
     _require_one_robot(**given)
+    share = share_of(confidence, "confidence")
     refuse_unless(
         ignore is None or measurements is not None, "--ignore goes with --measurements alone"
     )
@@ -430,7 +437,7 @@ def evaluate(
                 measured = symkin.read_measurements(
                     measurements, loaded, columns_of(columns), ignore=ignore or ()
                 )
-                result = symkin.evaluate(loaded, measurements=measured)
+                result = symkin.evaluate(loaded, measurements=measured, confidence=share)
             elif robot is not None:
                 require_same_shape(robot, loaded)  # before its workspace is sampled
                 if plan is None:
@@ -438,7 +445,7 @@ def evaluate(
                 else:
                     commanded = symkin.read_plan(plan, loaded)
                     poses = commanded.poses[~commanded.spare]
-                result = symkin.evaluate(loaded, actual=robot, poses=poses)
+                result = symkin.evaluate(loaded, actual=robot, poses=poses, confidence=share)
             document = {
                 "command": "evaluate",
                 "mechanism": loaded.name,

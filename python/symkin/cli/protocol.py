@@ -111,6 +111,7 @@ def plan(
     visit: Annotated[Visit, of("visit")] = "there_and_back",
     spares: Annotated[int | None, of("spares")] = None,
     time_limit: Annotated[float | None, of("time_limit")] = None,
+    confidence: ConfidenceOption = "0.95",
     threads: ThreadsOption = 0,
     seed: SeedOption = None,
     overwrite: OverwriteOption = False,
@@ -130,6 +131,7 @@ def plan(
     The certificate printed is a proven bound: no set of so many poses exceeds the efficiency 1.
     """
     _refuse_unused_count(choosing, pose_count, spares)
+    share = share_of(confidence, "confidence")
     refuse_unless(
         columns is None or measured is not None,
         "--columns says how to read measurements; it goes with --measured alone",
@@ -178,6 +180,7 @@ def plan(
                 spares=spares,
                 time_limit=time_limit,
                 threads=threads,
+                confidence=share,
                 observe=observe,
                 **vars(choosing),
                 **unknown.arguments(),

@@ -14,7 +14,7 @@ from symkin.data.measurements import Measurements
 from symkin.data.observables import OBSERVABLES
 from symkin.errors import NotIdentifiableError, SymkinError
 from symkin.estimate.fit import FALSE_ALARMS
-from symkin.estimate.options import Loss
+from symkin.estimate.options import ROBUST, Loss
 from symkin.estimate.problem import KINDS, OBSERVED, Problem, Rows, without_pose
 
 __all__ = ["estimated_noise", "without_blunders"]
@@ -37,7 +37,7 @@ def without_blunders(
     rejected: list[tuple[int, str]] = []
     space, loss = problem.mechanism.pose_space, problem.options.loss
     nearest = problem.options.gauge == "nominal"
-    fit = _robust(problem, nearest=nearest, loss="cauchy" if loss == "none" else loss)
+    fit = _robust(problem, nearest=nearest, loss=ROBUST if loss == "none" else loss)
     for _ in range(len(problem.measurements.poses)):
         rows = Rows.of(fit)
         changes: list[tuple[int, int]] = []  # pose, row of `rows` or -1 for all

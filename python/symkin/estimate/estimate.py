@@ -58,9 +58,9 @@ class Estimate(Examined[M], FolderResult):
         Of what was estimated: the columns of
     covariance : ndarray, shape (columns, columns)
         What deviations and promises rest on: `model_covariance` times the larger of `noise_factor`
-        and `conflict_factor`. Leg by leg it is the jackknife's where the residuals are larger than
-        the declared noise explains, from those of all legs. With a loss it follows the residuals
-        that the loss keeps.
+        and `conflict_factor`, and what was `assumed` besides. Leg by leg it is the jackknife's
+        where the residuals are larger than the declared noise explains, from those of all legs.
+        With a loss it follows the residuals that the loss keeps.
     goodness : tuple of GoodnessOfFit
         Chi-square of each fit: of each leg, or one of all. `chi_square`, `degrees_of_freedom`,
         `chi_square_ratio`, `limit` and `least` are of all together.

@@ -12,6 +12,7 @@ import numpy as np
 from typing_extensions import TypeVar
 
 from symkin.analysis.probing import is_marked, is_probed, refuse_commanded, with_probing_defaults
+from symkin.analysis.promises import CONFIDENCE
 from symkin.analysis.reflectors import is_tracked, with_tracking_defaults
 from symkin.data.measurements import Measurements
 from symkin.data.reading import Measured, as_measurements
@@ -56,6 +57,7 @@ def identify(
     step: Sequence[str | int] | str | int | None = None,
     growth: bool | None = None,
     backlash: bool | None = None,
+    confidence: float = CONFIDENCE,
 ) -> Estimate[Nominal]:
     """Identify what is unknown of a robot from what was observed of it.
 
@@ -79,7 +81,7 @@ def identify(
         "implicit", and "joint" where the options or the measurements need it.
     poses : {"all", "own"}
         Which poses a leg uses: all at which it was read, or those of its own set (the paper).
-    loss : {"none", "huber", "cauchy", "tukey"}
+    loss : {"none", "robust", "huber", "cauchy", "tukey"}
         Robust loss; refused where a single pose decides too much for one.
     loss_scale : float, optional
         Where the loss bends, in standard deviations and times the root of the number of conditions
@@ -134,6 +136,8 @@ def identify(
     backlash : bool, optional
         Whether each leg may come to rest elsewhere from above than from below: by the measurements'
         `approaches`, or the readings before.
+    confidence : float
+        Share of such robots that are within the bounds of `Estimate.expected`.
 
     Returns
     -------
@@ -181,6 +185,7 @@ def identify(
         "loss_scale": loss_scale,
         "noise": noise,
         "max_iterations": max_iterations,
+        "confidence": confidence,
     }
     if not reason:
         return identify_legs(mechanism, measurements, estimator or "implicit", **how)

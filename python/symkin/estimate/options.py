@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from typing import Literal
 
 from symkin.data.measurements import Measurements
+from symkin.analysis.promises import CONFIDENCE
 from symkin.errors import one_of
 from symkin.estimate.covariates import Covariate, covariates_of, steps_of
 from symkin.estimate.unknowns import Gauge, LossPer, Priors, Sensor
@@ -17,7 +18,9 @@ from symkin.model.settings import NoiseSettings
 from symkin.options import Estimator, Loss, Moving, PoseUse, flags_of
 from symkin.values import Value, record
 
-__all__ = ["EstimateOptions", "Estimator", "Loss", "PoseUse"]
+__all__ = ["ROBUST", "EstimateOptions", "Estimator", "Loss", "PoseUse"]
+
+ROBUST: Loss = "cauchy"  # the loss that bears most: of gross errors, and of leverage
 
 
 @record
@@ -44,12 +47,15 @@ class EstimateOptions(Value):
     step: tuple[str, ...] = ()
     growth: bool = False
     backlash: bool = False
+    confidence: float = CONFIDENCE
 
     def __post_init__(self) -> None:
         """Refuse words that mean nothing, naming those that do."""
         choices = (("estimator", Estimator), ("poses", PoseUse), ("loss", Loss))
         for name, words in (*choices, ("sensor", Sensor), ("gauge", Gauge), ("loss_per", LossPer)):
             one_of(name, getattr(self, name), words)
+        if self.loss == "robust":
+            object.__setattr__(self, "loss", ROBUST)
         if isinstance(self.noise, str):
             one_of("noise", self.noise, ("estimate",))
         object.__setattr__(self, "step", steps_of(self.step))

@@ -14,7 +14,7 @@ from symkin import _core
 from symkin.analysis.observability import name_combination
 from symkin.analysis.observed import Observable, Observed
 from symkin.analysis.probing import CALIPER, is_probed
-from symkin.analysis.promises import CONFIDENCE, anywhere, promised
+from symkin.analysis.promises import anywhere, promised
 from symkin.analysis.reflectors import is_tracked
 from symkin.analysis.workspace import sample_workspace
 from symkin.errors import SymkinError
@@ -190,7 +190,7 @@ class Expected(Value):
         position, orientation = variances[:, :3].sum(axis=1), variances[:, 3:].sum(axis=1)
         parts = (effects[:, :3], effects[:, 3:])
         forms = tuple(np.einsum("nij,nik->jk", part, part) / len(part) for part in parts)
-        asked = (CONFIDENCE, found.noise_degrees)
+        asked = (found.options.confidence, found.noise_degrees)
         counts = (len(effects), len(poses) - len(effects))
         bounds = promised((forms[0], forms[1]), known, counts, *asked)
         largest = anywhere(effects, known, *asked)

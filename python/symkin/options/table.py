@@ -153,7 +153,7 @@ _ALL = (
     Option("poses", PoseUse, default="all", seldom=_FITTING,
            help="Whether a leg uses all poses, or only its own set, as in the paper."),
     Option("loss", Loss, default="none",
-           help="Robust loss against outliers."),
+           help="Robust loss against outliers; robust is Cauchy's, which protects best."),
     Option("loss_scale", float, metavar="S", least=1e-9, seldom=_FITTING,
            help="Where the loss bends, in standard deviations; by default where it keeps 95% "
                 "efficiency."),

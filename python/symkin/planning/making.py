@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from symkin.analysis.checks import undefined_angles
 from symkin.analysis.observability import RowKind
-from symkin.analysis.promises import thinned
+from symkin.analysis.promises import CONFIDENCE, thinned
 from symkin.analysis.workspace import WorkspaceSample, sample_workspace
 from symkin.data.measurements import ALL_LEGS, Measurements
 from symkin.data.pose_tables import as_poses
@@ -73,6 +73,7 @@ def plan(
     spares: int | None = None,
     time_limit: float | None = None,
     threads: int = 0,
+    confidence: float = CONFIDENCE,
     observe: Observing | None = None,
     **unknowns: Unpack[Unknowns],
 ) -> Plan:
@@ -90,7 +91,7 @@ def plan(
     seed : int, optional
         Of the candidates and the selection, by default the protocol's.
     design, rows, criterion, method, required, measured, avoid, minimum_distance, margin_sigmas, \
-symmetry, visit, spares, time_limit, threads, observe, **unknowns
+symmetry, visit, spares, time_limit, threads, confidence, observe, **unknowns
         See `make_plan`.
 
     Returns
@@ -126,6 +127,7 @@ symmetry, visit, spares, time_limit, threads, observe, **unknowns
         spares=spares,
         time_limit=time_limit,
         threads=threads,
+        confidence=confidence,
         observe=observe,
         **unknowns,
     )
@@ -162,6 +164,7 @@ def make_plan(
     spares: int | None = None,
     time_limit: float | None = None,
     threads: int = 0,
+    confidence: float = CONFIDENCE,
     observe: Observing | None = None,
     **unknowns: Unpack[Unknowns],
 ) -> Plan:
@@ -221,6 +224,8 @@ def make_plan(
         Of the proof of method "exhaustive", s; by default 10.
     threads : int
         0 for as many as the machine has; the plan is the same with any number.
+    confidence : float
+        Share of all such robots that are within the bounds of `Plan.expected`.
     observe : Observed or str, optional
         What will be observed besides the readings, by default full poses. A frame, point or anchor
         that it does not give is where the mechanism's `frames` has it. The poses are then chosen
@@ -273,6 +278,7 @@ def make_plan(
         spares=spares,
         time_limit=time_limit,
         threads=threads,
+        confidence=confidence,
         survey=survey,
     )
     symmetric = symmetry and not demands.tells_legs_apart
@@ -328,6 +334,7 @@ def _assemble(demands: _Demands, chosen: Sequence[_Chosen], kept: Clearance) -> 
         ),
         candidates=demands.candidates if demands.sample is None else demands.sample,
         measured=demands.measured,
+        confidence=demands.confidence,
     )
 
 
@@ -375,6 +382,7 @@ class _Demands:
     minimum_distance: float
     spares: int | None
     time_limit: float | None
+    confidence: float
     threads: int
     survey: Survey | None
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin.analysis.observability import Observability, RowKind, analyse_observability
-from symkin.analysis.promises import ExpectedAccuracy, thinned
+from symkin.analysis.promises import CONFIDENCE, ExpectedAccuracy, thinned
 from symkin.analysis.workspace import WorkspaceSample
 from symkin.data.columns import pose_column_names, reading_column_names
 from symkin.data.measured_rows import make_arrays
@@ -69,6 +69,8 @@ class Plan(Result):
         What the poses were chosen from.
     measured : Measurements or None
         What is measured already, to which it adds.
+    confidence : float
+        Share of all such robots that are within the bounds of `expected`.
     """
 
     mechanism: Mechanism
@@ -80,6 +82,7 @@ class Plan(Result):
     basis: PlanBasis | None = None
     candidates: WorkspaceSample | NDArray[np.float64] | None = None
     measured: Measurements | None = None
+    confidence: float = CONFIDENCE
 
     def __post_init__(self) -> None:
         """Check that all arrays have a row for each pose."""
@@ -139,6 +142,7 @@ class Plan(Result):
                 thinned(cloud),
                 self.estimator,
                 measured=self.measured,
+                confidence=self.confidence,
                 anywhere=cloud,
             )
         except SymkinError:  # as `joint` without a noise of redundant readings

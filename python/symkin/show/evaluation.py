@@ -14,7 +14,7 @@ from symkin.estimate.cross_validation import CrossValidation
 from symkin.estimate.precision import Heights, in_words
 from symkin.present import ErrorLine, Group, Headline, Image, Page, Section, Table, Verdict
 from symkin.show.images import plotted
-from symkin.show.wording import NONE, became, count, milli, plural, ratio, significant
+from symkin.show.wording import NONE, became, count, milli, percent, plural, ratio, significant
 
 ALIGNED = (
     "A constant error of the base frame or of the tool frame can be taken out by measuring the "
@@ -39,6 +39,7 @@ def evaluation_page(evaluation: Evaluation) -> Page:
         verdict=_verdict(evaluation),
         judgement=_judgement(evaluation),
         errors=_errors(evaluation),
+        headlines=_bounds(evaluation),
         notes=[
             f"left out, since {why}: {plural(number, 'pose')}"
             for number, why in (
@@ -49,6 +50,7 @@ def evaluation_page(evaluation: Evaluation) -> Page:
             if number
         ]
         + list(evaluation.notes),
+        paragraphs=_promised(evaluation),
         next_step=_next_step(evaluation),
         sections=[Section("accuracy", "End-effector error", [ALIGNED], parts)],
     )
@@ -65,6 +67,21 @@ def _errors(evaluation: Evaluation) -> list[ErrorLine]:
             aligned=None if aligned is None else getattr(aligned, f"{kind}_rms"),
             largest=getattr(evaluation, f"{kind}_max"),
             instrument=noise.get(kind),
+        )
+        for kind, unit in evaluation.space.errors
+    ]
+
+
+def _bounds(evaluation: Evaluation) -> list[Headline]:
+    """What the root mean square over all poses like these is within."""
+    promise = evaluation.promise
+    if not math.isfinite(promise.position_bound):
+        return []
+    return [
+        (
+            f"{kind.capitalize()} error, all poses like these",
+            milli(getattr(promise, f"{kind}_bound"), unit),
+            f"rms bound, {percent(promise.confidence)} sure",
         )
         for kind, unit in evaluation.space.errors
     ]
@@ -97,6 +114,20 @@ def _is_of_frames(evaluation: Evaluation) -> bool:
     name = f"{evaluation.space.errors[0][0]}_rms"
     aligned = evaluation.aligned
     return aligned is not None and getattr(aligned, name) < getattr(evaluation, name) / 2
+
+
+def _promised(evaluation: Evaluation) -> list[str]:
+    """What these poses say of others like them."""
+    promise, kinds = evaluation.promise, evaluation.space.errors
+    if not math.isfinite(promise.position_bound):
+        return []
+    bounds = [milli(getattr(promise, f"{kind}_bound"), unit) for kind, unit in kinds]
+    return [
+        f"By {plural(evaluation.evaluated, 'pose')}, with {percent(promise.confidence)} "
+        f"confidence: over all poses like these, which the model has not seen either, the error is "
+        f"within {' and '.join(bounds)} (root mean square), and at {100 * promise.inside:.1f}% of "
+        "them at least within the largest here."
+    ]
 
 
 def cross_validation_page(validation: CrossValidation) -> Page:

@@ -453,6 +453,8 @@ def _plan(curve: PoseCountCurve, count: int) -> str:
     usual["design"] = default_design(curve.survey)
     given = {name: curve.settings[name] for name in usual}
     other = "".join(f" --{name} {each}" for name, each in given.items() if each != usual[name])
+    if curve.confidence != OPTIONS["confidence"].default:
+        other += f" --confidence {curve.confidence:g}"
     named = typed_name(curve.mechanism)
     return f"symkin plan {named}{other} --pose-count {count} --out planned"
 

@@ -18,7 +18,7 @@ def simulated(paper):
 
 
 def test_every_loss_of_the_core_has_its_name_here():
-    assert get_args(Loss) == tuple(_core.loss_names())
+    assert tuple(each for each in get_args(Loss) if each != "robust") == tuple(_core.loss_names())
 
 
 def test_deviations_with_a_loss_follow_students_t(paper, simulated):

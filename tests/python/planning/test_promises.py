@@ -6,7 +6,7 @@ import pytest
 from typer.testing import CliRunner
 
 import symkin
-from symkin.analysis.promises import anywhere, parameter_effects, promised
+from symkin.analysis.promises import anywhere, parameter_effects, promised, sampled_bound
 from symkin.cli import app
 from symkin.cli.options import share_of
 from symkin.errors import SymkinError
@@ -155,3 +155,51 @@ def test_legs_with_held_parameters_are_promised_too(name):
     plan = symkin.make_plan(mechanism, sample, 12)
     found = symkin.predict_accuracy(mechanism, plan, sample, anywhere=sample)
     assert found.position < found.position_bound < found.position_anywhere
+
+
+@pytest.mark.parametrize("count", [20, 60])
+def test_a_sample_of_poses_bounds_the_error_over_all_of_them(paper, count):
+    plan = symkin.plan(paper, 24, candidates=2000, seed=1)
+    made = symkin.simulate(paper, plan, 3)
+    fitted = symkin.identify(paper, made).mechanism
+    every = symkin.evaluate(fitted, actual=made.actual, poses=plan.candidates).errors[0]
+    rng, kept, inside = np.random.default_rng(1), [], []
+    for _ in range(1000):
+        some = rng.choice(every, count)
+        kept.append(sampled_bound(some) > np.sqrt(np.mean(every**2)))
+        inside.append(np.mean(every <= some.max()) >= 0.05 ** (1 / count))
+    assert 0.92 < np.mean(kept) < 0.975
+    assert np.mean(inside) > 0.93
+
+
+def test_an_evaluation_says_what_its_poses_promise(paper):
+    plan = symkin.plan(paper, 24, candidates=800, seed=1)
+    made = symkin.simulate(paper, plan, 5)
+    found = symkin.evaluate(paper, actual=made.actual, poses=plan.poses, confidence=0.9)
+    promise = found.promise
+    assert promise.position_bound > found.position_rms
+    assert promise.inside == pytest.approx(0.1 ** (1 / found.evaluated))
+    assert "with 90\N{NO-BREAK SPACE}% confidence" in " ".join(found.page().paragraphs)
+    assert found.to_dict()["promise"]["position_bound_rms_m"] == promise.position_bound
+    one = symkin.evaluate(paper, actual=made.actual, poses=plan.poses[:1])
+    assert np.isnan(one.promise.position_bound)
+    assert not one.page().paragraphs
+
+
+def test_plans_and_estimates_promise_with_the_confidence_that_was_asked_for(paper):
+    plans = [symkin.plan(paper, 24, candidates=400, seed=1, confidence=c) for c in (0.5, 0.99)]
+    made = symkin.simulate(paper, plans[0], 5)
+    found = [symkin.identify(paper, made, confidence=c) for c in (0.5, 0.99)]
+    for low, high in (plans, found):
+        assert (low.expected.confidence, high.expected.confidence) == (0.5, 0.99)
+        assert low.expected.position == high.expected.position
+        assert low.expected.position_bound < high.expected.position_bound
+    with pytest.raises(SymkinError, match=r"confidence is 2; expected a number from 0\.5"):
+        symkin.identify(paper, made, confidence=2)
+
+
+def test_the_robust_loss_is_cauchy_s(paper):
+    made = symkin.simulate(paper, symkin.plan(paper, 48, candidates=400, seed=1), 5)
+    assert symkin.identify(paper, made, loss="robust") == symkin.identify(
+        paper, made, loss="cauchy"
+    )
