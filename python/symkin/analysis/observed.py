@@ -24,7 +24,7 @@ from symkin.model.poses import (
 from symkin.model.settings import Frames, NoiseSettings
 from symkin.options import Observable
 
-__all__ = ["Observable", "Observed", "moved_poses"]
+__all__ = ["Observable", "Observed"]
 
 Array = NDArray[np.float64]
 _STREAM = 3  # of the seed: the core draws robots and full poses from others
