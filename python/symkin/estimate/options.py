@@ -8,8 +8,8 @@ import shlex
 from collections.abc import Mapping
 from typing import Literal
 
-from symkin.data.measurements import Measurements
 from symkin.analysis.promises import CONFIDENCE
+from symkin.data.measurements import Measurements
 from symkin.errors import one_of
 from symkin.estimate.covariates import Covariate, covariates_of, steps_of
 from symkin.estimate.unknowns import Gauge, LossPer, Priors, Sensor
