@@ -180,7 +180,8 @@ def test_text_and_html_say_the_same_numbers(told):
     published = spoken(page_html(page))
     said = [value for _, value, _ in page.headlines]
     for each in page.errors:
-        known = (each.before, each.expected, each.bound, *(each.measured or ()))
+        known = (each.before, each.after, each.expected, each.bound, each.aligned)
+        known += (each.largest, *(each.measured or ()))
         said += [bare(value, each.unit) for value in known if value is not None]
     for section in page.sections:
         for part in section.parts:

@@ -64,7 +64,10 @@ def test_results_are_told_in_the_units_that_are_asked_for(
 ) -> None:
     command = commands(protocol, tmp_path)["identify"]
     shown = symkin(*command, "--units", "m,rad", "--verbose").out
-    told = re.sub("rotation by .*", "", shown.partition("Next:")[0])  # what elements are called
+    # Elements of a group are called by their angles.
+    told = re.sub(
+        "(rotation|turn) by .*", "", shown.partition("Next:")[0]
+    )  # what elements are called
     assert not re.search(r"\bmm\b|°|mrad", told)
     found = library.read_results(tmp_path / "results.json")["identification"]
     promised = found["expected_accuracy"]["position_bound_rms_m"]
