@@ -1,17 +1,20 @@
 # SPDX-License-Identifier: MIT
 """What is said of wrong measurements, mistake by mistake, however one asks.
 
-    python benchmarks/corruptions.py [ROBOTS] [MECHANISM ...]
+    python benchmarks/corruptions.py [ROBOTS] [MECHANISM ...] [--edits] [--only WORDS] [--way WAY]
 
 Simulates robots with errors and noise as declared, spoils the table of each in one of the ways of
-`CORRUPTIONS`, asks in every way of `WAYS`, and prints how many robots had the mistake named by its
-code, were doubted (or refused) for another reason, or were trusted; and of the trusted how many
-are worse than 1.5 times the same robot identified from sound measurements, over the workspace.
+`CORRUPTIONS`, asks in every way of `WAYS` (or one), and prints of how many robots the mistake was
+named by its code, something else was ("wrong name"), it was doubted or refused without a cause, or
+trusted; and of the trusted how many are worse than 1.5 times the same robot identified from sound
+measurements, over the workspace. The last line of a mechanism sums up the mistakes of the table,
+and says how long a verdict took.
 """
 
+import argparse
 import collections
 import math
-import sys
+import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
@@ -20,7 +23,13 @@ import numpy as np
 from false_alarms import WAYS, asked, plan_of
 
 import symkin
-from symkin.model.poses import quaternions_from_rotation_vectors
+from symkin.model.poses import (
+    quaternions_from_rotation_vectors,
+    rotations_from_quaternions,
+    rotations_from_vectors,
+    vectors_from_quaternions,
+    vectors_from_rotations,
+)
 
 _WORSE = 1.5
 _POSES = 40
@@ -34,6 +43,7 @@ class Corruption(NamedTuple):
 
     change: Spoil
     codes: tuple[str, ...] = ()
+    where: Callable[[symkin.Mechanism], bool] = lambda _: True
 
 
 def readings(change: Callable[..., Any]) -> Spoil:
@@ -98,14 +108,59 @@ def rows_of(factor: float) -> Spoil:
     return poses(change)
 
 
-def moved(by: float) -> Spoil:
-    """The target, off by so much along x of the platform, as far as it is told from the base."""
+def target_off(by: float) -> Spoil:
+    """The target, off by so much along x of the platform."""
 
-    def change(_: symkin.Mechanism, values: Any, __: object) -> Any:
-        values[:, 0] += by
+    def change(robot: symkin.Mechanism, values: Any, _: object) -> Any:
+        size = robot.space.size
+        if robot.pose_space == "planar":
+            turned = np.column_stack([np.cos(values[:, 2]), np.sin(values[:, 2])])
+        elif robot.space.has_quaternion:
+            turned = rotations_from_quaternions(values[:, size:])[:, :, 0]
+        else:
+            turned = np.eye(size)[:1]
+        values[:, :size] += by * turned
         return values
 
     return poses(change)
+
+
+def scaled(share: float) -> Spoil:
+    """The device's scale, off by so much."""
+
+    def change(robot: symkin.Mechanism, values: Any, _: object) -> Any:
+        values[:, : robot.space.size] *= 1 + share
+        return values
+
+    return poses(change)
+
+
+def sagging(robot: symkin.Mechanism, values: Any, _: object) -> Any:
+    """Half a millimetre, with the square of the distance from home."""
+    away = values[:, : robot.space.size] - robot.home[: robot.space.size]
+    size = np.linalg.norm(away, axis=1)
+    values[:, robot.space.size - 1] -= 5e-4 * (size / size.max()) ** 2
+    return values
+
+
+def loose(robot: symkin.Mechanism, values: Any, random: np.random.Generator) -> Any:
+    """A joint of the first leg that plays by 0.3 mm to either side."""
+    length = robot.characteristic_length if robot.reading_unit == "rad" else 1.0
+    values[:, 0] += 3e-4 / length * random.choice([-1, 1], len(values))
+    return values
+
+
+def drifting(_: symkin.Mechanism, values: Any, __: object) -> Any:
+    """The zero of leg 1, all the way."""
+    values[:, 0] += np.linspace(0, 2e-3, len(values))
+    return values
+
+
+def tracker_late(robot: symkin.Mechanism, values: Any, _: object) -> Any:
+    """Positions that lag behind by a hundredth of the last move."""
+    size = robot.space.size
+    values[1:, :size] -= 0.01 * np.diff(values[:, :size], axis=0)
+    return values
 
 
 def signs(*columns: int) -> Spoil:
@@ -159,54 +214,161 @@ def first(change: Callable[[Any], Any]) -> Spoil:
     return readings(of_all)
 
 
-def rotation_vectors(_: symkin.Mechanism, values: Any, __: object) -> Any:
-    """Quaternions made of their own vector part, as of rotation vectors."""
-    values[:, 3:] = quaternions_from_rotation_vectors(values[:, 3:6])
+def oriented(change: Callable[[Any], Any]) -> Spoil:
+    """Of the quaternions."""
+
+    def changed(robot: symkin.Mechanism, values: Any, _: object) -> Any:
+        values[:, robot.space.size :] = change(values[:, robot.space.size :])
+        return values
+
+    return poses(changed)
+
+
+def roll_pitch_yaw(quaternions: Any) -> Any:
+    """Angles about fixed x, y and z."""
+    matrices = rotations_from_quaternions(quaternions)
+    return np.column_stack(
+        [
+            np.arctan2(matrices[:, 2, 1], matrices[:, 2, 2]),
+            -np.arcsin(matrices[:, 2, 0]),
+            np.arctan2(matrices[:, 1, 0], matrices[:, 0, 0]),
+        ]
+    )
+
+
+def turned(angles: Any, order: tuple[int, ...]) -> Any:
+    """Quaternions of angles about fixed axes, in some order."""
+    motion = np.eye(3)[None]
+    for axis in order:
+        motion = rotations_from_vectors(angles[:, [axis]] * np.eye(3)[axis]) @ motion
+    return quaternions_from_rotation_vectors(vectors_from_rotations(motion))
+
+
+def spatial(robot: symkin.Mechanism) -> bool:
+    return robot.space.has_quaternion
+
+
+def angular(robot: symkin.Mechanism) -> bool:
+    return bool(robot.reading_unit == "rad")
+
+
+def translating(robot: symkin.Mechanism) -> bool:
+    return robot.space.size > 1
+
+
+def exchanged_legs(_: symkin.Mechanism, values: Any, __: object) -> Any:
+    """The columns of legs 1 and 2."""
+    values[:, [0, 1]] = values[:, [1, 0]]
     return values
 
 
-CORRUPTIONS: Mapping[str, Corruption] = {
+FRAME = ("frame-not-as-drawn", "moved-together")
+CONVENTION = ("convention-of-poses",)
+# Those of the table: an edit puts them right.
+EDITS: Mapping[str, Corruption] = {
     "all legs a row late": Corruption(late(None, 1), ("rows-shifted",)),
     "one leg a row late": Corruption(late(1, 1), ("rows-shifted",)),
     "two legs a row late": Corruption(late(2, 1), ("rows-shifted",)),
+    "all legs three rows late": Corruption(late(None, 3), ("rows-shifted",)),
+    "a sign": Corruption(first(np.negative), ("opposite-sign",)),
+    "two legs exchanged": Corruption(readings(exchanged_legs), ("columns-exchanged",)),
+    "a leg in degrees": Corruption(first(np.degrees), ("unit-of-readings",), angular),
+    "a leg in millimetres": Corruption(
+        first(lambda r: 1e3 * r), ("unit-of-readings",), lambda robot: not angular(robot)
+    ),
+    "positions in millimetres": Corruption(scaled(999), ("unit-of-lengths",), translating),
+    "positions in centimetres": Corruption(scaled(99), ("unit-of-lengths",), translating),
+    "millimetres in half the rows": Corruption(rows_of(1e3), ("rows-in-another-unit",)),
+    "y negated, orientation kept": Corruption(signs(1), CONVENTION),
+    "x and y exchanged": Corruption(poses(exchanged), CONVENTION),
+    "poses sorted": Corruption(by_x, ("rows-out-of-order",)),
+    "a leg's column sorted": Corruption(first(np.sort), ("rows-out-of-order",)),
+    "the angle negated": Corruption(signs(2), CONVENTION, lambda r: r.pose_space == "planar"),
+    "quaternions w first": Corruption(
+        oriented(lambda q: np.roll(q, 1, axis=1)), CONVENTION, spatial
+    ),
+    "quaternions of the inverse": Corruption(
+        oriented(lambda q: q * [-1, -1, -1, 1]), CONVENTION, spatial
+    ),
+    "roll, pitch, yaw as rotation vectors": Corruption(
+        oriented(lambda q: quaternions_from_rotation_vectors(roll_pitch_yaw(q))),
+        CONVENTION,
+        spatial,
+    ),
+    "rotation vectors as roll, pitch, yaw": Corruption(
+        oriented(lambda q: turned(vectors_from_quaternions(q), (0, 1, 2))), CONVENTION, spatial
+    ),
+    "roll, pitch, yaw in reversed order": Corruption(
+        oriented(lambda q: turned(roll_pitch_yaw(q), (2, 1, 0))), CONVENTION, spatial
+    ),
+}
+CORRUPTIONS: Mapping[str, Corruption] = {
+    **EDITS,
+    "half the file twice": Corruption(twice, ("rows-copied",)),
+    "a leg read twice as far": Corruption(first(lambda r: 2 * r), ("gain",)),
+    "the target 20 mm off": Corruption(target_off(0.02), FRAME),
+    "the target 0.5 mm off": Corruption(target_off(5e-4), FRAME),
+    "device scale 2000 ppm": Corruption(scaled(2e-3), FRAME),
+    "device scale 200 ppm": Corruption(scaled(2e-4), FRAME),
     "backlash 0.5 mm": Corruption(backlash(5e-4)),
+    "backlash 0.1 mm": Corruption(backlash(1e-4)),
     "growth 500 ppm": Corruption(growing(5e-4)),
+    "growth 50 ppm": Corruption(growing(5e-5)),
+    "sag": Corruption(poses(sagging)),
+    "a loose joint": Corruption(readings(loose)),
     "coarse readings": Corruption(
-        readings(lambda _, r, __: np.round(r / (np.ptp(r) / 64)) * (np.ptp(r) / 64)),
+        readings(lambda _, r, __: np.round(r / np.ptp(r, axis=0) * 64) * np.ptp(r, axis=0) / 64),
         ("readings-coarse",),
     ),
-    "a leg read twice as far": Corruption(first(lambda r: 2 * r), ("gain",)),
-    "target or base 20 mm off": Corruption(moved(0.02), ("frame-not-as-drawn", "moved-together")),
-    "y negated, orientation kept": Corruption(signs(1), ("convention-of-poses",)),
-    "x and y exchanged": Corruption(poses(exchanged), ("convention-of-poses",)),
-    "poses sorted": Corruption(by_x),
-    "one column sorted": Corruption(first(np.sort)),
-    "half the file twice": Corruption(twice, ("rows-copied",)),
-    "millimetres in half the rows": Corruption(rows_of(1e3), ("rows-in-another-unit",)),
-    "one leg in degrees": Corruption(first(np.degrees), ("unit-of-readings",)),
-    "quaternions as rotation vectors": Corruption(poses(rotation_vectors)),
+    "the tracker late": Corruption(poses(tracker_late)),
     "the zero slips by 2 mrad or mm": Corruption(readings(slipping)),
+    "the zero drifts by 2 mrad or mm": Corruption(readings(drifting)),
     "noise 3.2 times": Corruption(poses(noisy), ("residuals-large",)),
 }
+# Nothing that an edit puts right: no mistake of the table is to be named.
+NAMES = {code for each in EDITS.values() for code in each.codes}
 
 
 def main() -> None:
     """Print a line for each mechanism, mistake and way of asking."""
-    robots = int(sys.argv[1]) if len(sys.argv) > 1 else 20
-    for name in sys.argv[2:] or ["3RRR", "rotary_delta"]:
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("robots", nargs="?", type=int, default=20)
+    parser.add_argument("mechanisms", nargs="*", default=["3RRR", "rotary_delta"])
+    parser.add_argument("--edits", action="store_true", help="mistakes of the table alone")
+    parser.add_argument("--only", default="", help="words of the mistakes")
+    parser.add_argument("--way", choices=list(WAYS), help="of asking")
+    asked_for = parser.parse_args()
+    for name in asked_for.mechanisms:
         robot = symkin.load_mechanism(name)
         sample = symkin.sample_workspace(robot, 2000, seed=1)
+        pooled: collections.Counter[str] = collections.Counter()
+        spent: list[float] = []
         for what, corruption in CORRUPTIONS.items():
-            if what == "one leg in degrees" and robot.reading_unit != "rad":
+            left_out = asked_for.edits and what not in EDITS
+            if left_out or asked_for.only not in what or not corruption.where(robot):
                 continue
-            if "quaternion" in what and not robot.space.has_quaternion:
-                continue
-            for way in WAYS:
+            for way in [asked_for.way] if asked_for.way else WAYS:
                 counts: collections.Counter[str] = collections.Counter()
-                for seed in range(robots):
-                    counts[verdict(robot, sample.poses, corruption, seed, way)] += 1
+                for seed in range(asked_for.robots):
+                    began = time.process_time()
+                    said = verdict(robot, sample.poses, corruption, seed, way)
+                    spent.append(time.process_time() - began)
+                    counts[said] += 1
                 told = ", ".join(f"{word} {count}" for word, count in sorted(counts.items()))
                 print(f"{name}, {what}, {way}: {told}", flush=True)
+                if what in EDITS:
+                    pooled += counts
+        right, every = pooled["named"], sum(pooled.values())
+        if every:
+            print(
+                f"{name}: of mistakes of the table {right} of {every} named, "
+                f"{pooled['wrong name']} by a wrong name"
+            )
+        print(
+            f"{name}: a verdict takes {np.median(spent):.2f} s of processor, at most "
+            f"{max(spent):.2f} s",
+            flush=True,
+        )
 
 
 def verdict(
@@ -225,17 +387,24 @@ def verdict(
     try:
         found = symkin.identify(robot, wrong, **options)
     except symkin.SymkinError as error:
-        code = getattr(error.likely_cause, "code", "")
-        return "named" if code in corruption.codes else "refused"
+        cause = error.likely_cause
+        return named((cause,) if cause else (), corruption) or "refused"
     if not found.trustworthy:
-        codes = {doubt.code for doubt in found.doubts}
-        return "named" if codes & set(corruption.codes) else "doubted"
+        return named(found.doubts, corruption) or "doubted"
     errors = [
         symkin.evaluate(each.mechanism.replace(frames=None, curvature=None), actual=made.actual,
                         poses=sample[:200]).position_rms
         for each in (found, symkin.identify(robot, sound, **options))
     ]  # fmt: skip
     return "trusted, worse" if errors[0] > _WORSE * errors[1] else "trusted"
+
+
+def named(doubts: tuple[Any, ...], corruption: Corruption) -> str:
+    """Whether the mistake is named by its code, or a mistake of the table that there is not."""
+    codes = {each.code for doubt in doubts for each in (doubt, *doubt.others)}
+    if codes & set(corruption.codes):
+        return "named"
+    return "wrong name" if codes & NAMES or any(doubt.is_cause for doubt in doubts) else ""
 
 
 if __name__ == "__main__":

@@ -22,7 +22,7 @@ from symkin.estimate.assumed import inverse_of, sizes_of, whitened_rows
 from symkin.estimate.blunders import without_blunders
 from symkin.estimate.found import Found
 from symkin.estimate.problem import KINDS, Problem
-from symkin.estimate.survey import HeldByPriors, Survey
+from symkin.estimate.survey import HeldByPriors, Survey, form_of
 from symkin.model.mechanism import Mechanism
 from symkin.values import Value, field, record
 
@@ -186,10 +186,10 @@ class Expected(Value):
             return None
         if not len(effects):
             return None
-        variances = np.einsum("nik,kl,nil->ni", effects, known, effects)
+        variances = ((effects @ known) * effects).sum(axis=2)
         position, orientation = variances[:, :3].sum(axis=1), variances[:, 3:].sum(axis=1)
         parts = (effects[:, :3], effects[:, 3:])
-        forms = tuple(np.einsum("nij,nik->jk", part, part) / len(part) for part in parts)
+        forms = tuple(form_of(part) / len(part) for part in parts)
         asked = (found.options.confidence, found.noise_degrees)
         counts = (len(effects), len(poses) - len(effects))
         bounds = promised((forms[0], forms[1]), known, counts, *asked)
@@ -524,7 +524,7 @@ def _predicted(found: Found) -> float:
 
 
 def _rms(effects: Array, covariance: Array) -> float:
-    return float(np.sqrt(np.mean(np.einsum("ni,ij,nj->n", effects, covariance, effects))))
+    return float(np.sqrt(np.mean(((effects @ covariance) * effects).sum(axis=1))))
 
 
 def _off_the_plane(places: Array, heights: Array) -> float:

@@ -37,7 +37,16 @@ from symkin.model.poses import frame, pose_rows, transforms
 from symkin.model.settings import Frames, unusual
 from symkin.values import Value, field, record
 
-__all__ = ["SILENT", "HeldByPriors", "Observing", "PlannedUnknown", "Survey", "Unknowns", "placed"]
+__all__ = [
+    "SILENT",
+    "HeldByPriors",
+    "Observing",
+    "PlannedUnknown",
+    "Survey",
+    "Unknowns",
+    "form_of",
+    "placed",
+]
 
 Array = NDArray[np.float64]
 
@@ -67,6 +76,12 @@ class Unknowns(TypedDict, total=False):
     step: Sequence[str] | None
     growth: bool | None
     backlash: bool | None
+
+
+def form_of(effects: Array) -> Array:
+    """Sum over poses of effects' effects, as a quadratic form of the unknowns, (n, 3, unknowns)."""
+    rows = effects.reshape(-1, effects.shape[2])
+    return np.asarray(rows.T @ rows)
 
 
 @record
@@ -393,7 +408,7 @@ class Survey(Value):
             effects, _ = self.effects(poses[first : first + _BLOCK])
             evaluated += len(effects)
             for form, part in zip(forms, (effects[:, :3], effects[:, 3:]), strict=True):
-                form += np.einsum("nij,nik->jk", part, part)
+                form += form_of(part)
         if not evaluated:
             raise SymkinError(
                 f'mechanism "{self.mechanism.name}" can take none of the {len(poses)} poses over '

@@ -439,7 +439,7 @@ def test_a_correction_is_the_cause_that_every_estimator_names(
         assert first.size == pytest.approx(1.2, rel=1e-2)
     if code == "frame-not-as-drawn":
         assert first.figures["angle"] == pytest.approx(30, abs=0.5)
-        assert first.options == {"frames": ("base", "target")}
+        assert first.options == {"frames": ("base",)}
 
 
 def test_a_guide_set_to_zero_elsewhere_is_not_taken_for_another_mode(measured):

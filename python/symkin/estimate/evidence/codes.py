@@ -8,16 +8,21 @@ what to ask `identify` for, in the language of who asks; the rest are the findin
 from __future__ import annotations
 
 from collections.abc import Mapping
+from types import MappingProxyType
 from typing import NamedTuple
 
 __all__ = ["CAUSES", "DOUBTS", "NOTES", "Code"]
 
 
 class Code(NamedTuple):
-    """What is said in a sentence, and what to do about it, if there is anything."""
+    """What is said in a sentence, and what to do about it, if there is anything.
+
+    `usual` are the figures of a finding that does not say otherwise, such as an older one.
+    """
 
     says: str
     remedy: str = ""
+    usual: Mapping[str, str] = MappingProxyType({})
 
 
 # Mistakes that are found by correcting them; as a doubt, a likely cause.
@@ -55,16 +60,20 @@ CAUSES: Mapping[str, Code] = {
     ),
     "convention-of-poses": Code("in the measured poses {convention}", "correct the table"),
     "rows-shifted": Code(
-        "the readings of {legs} stand {shift} in the table", "move the column{s} back"
+        "the readings of {legs} stand {shift} in the table",
+        "move the column{s} {back}",
+        {"back": "back"},
     ),
     "rows-in-another-unit": Code(
-        "the positions of rows {rows} are {unit}, those of the others metres",
-        "give all of them in metres",
+        "{what} of rows {rows} are {unit}, those of the others {usual}",
+        "give all of them in {usual}",
+        {"what": "the positions", "usual": "metres"},
     ),
+    "rows-out-of-order": Code("{what}", "take the file as it was: only whole rows may be sorted"),
     "frame-not-as-drawn": Code(
-        "the frame of the measurements is not the drawing's{evidence}: {moved}turned by about "
-        "{angle:.3g} degrees",
+        "{whose}{evidence}: {moved}turned by about {angle:.3g} degrees",
         "identify with {options}",
+        {"whose": "the frame of the measurements is not the drawing's"},
     ),
     "held-is-wrong": Code(
         "parameters that are held or shared are not as they are said to be{evidence}",

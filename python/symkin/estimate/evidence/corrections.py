@@ -23,6 +23,7 @@ from symkin.data.measurements import Measurements
 from symkin.errors import FailedFitError, NotIdentifiableError, SymkinError
 from symkin.estimate.evidence.edits import corrections_of, pairs_of
 from symkin.estimate.evidence.findings import Doubt
+from symkin.estimate.evidence.screen import Screen, ShortList
 from symkin.estimate.evidence.trial import LITTLE, SECOND, Correction, Statement, per_degree
 from symkin.estimate.options import EstimateOptions
 from symkin.estimate.problem import observed_count
@@ -127,9 +128,7 @@ def explained(
         yield
     except SymkinError as error:
         # What is refused before anything is fitted says why itself.
-        fitted = isinstance(error, FailedFitError) or (
-            isinstance(error, NotIdentifiableError) and options.estimator == "joint"
-        )
+        fitted = isinstance(error, (FailedFitError, NotIdentifiableError))
         tried = hypotheses_of(mechanism, measurements, options, by_leg=by_leg) if fitted else ()
         cause = likely_cause(tried)
         if cause is None:
@@ -177,33 +176,34 @@ def hypotheses_of(
         options = dataclasses.replace(options, poses="all")
     stated = Correction(_as_it_is, Statement(nominal, options), measurements)
     budget, legs = budget or Budget(), len(nominal.legs)
-    alone = _judged(stated, budget.of(corrections_of(stated), legs), shaped)
+    screen = Screen.of(stated)
+    tried = budget.of(corrections_of(stated), legs)
+    listed = screen.short_list(stated, tried) if screen else ShortList((), tuple(tried), ())
+    alone = _judged(stated, listed, shaped)
     proposed = [each for each in alone if each.proposed]
     before = next(each.per_degree for each in alone if each.cause is None)
     if max((each.per_degree for each in proposed), default=before) < LITTLE:
         return alone
+    if screen and screen.agrees(stated):
+        return alone
     # Of so many some are much less bad than a great mistake; what they leave has to be little.
     parts = {each.what for each in proposed}
-    pairs = _judged(stated, budget.of(pairs_of(stated, parts), legs), shaped)
+    tried = budget.of(pairs_of(stated, parts, listed.first if screen else None), legs)
+    listed = screen.short_list(stated, tried) if screen else ShortList((), tuple(tried), ())
+    pairs = _judged(stated, listed, shaped)
     found = (each.per_degree for each in pairs if each.proposed)
     return pairs if max(found, default=math.inf) < LITTLE else alone
 
 
-def _judged(
-    stated: Correction, corrections: Iterable[Correction], shaped: bool
-) -> tuple[Hypothesis, ...]:
+def _judged(stated: Correction, listed: ShortList, shaped: bool) -> tuple[Hypothesis, ...]:
     """What is stated and the best of corrections, each with what it leaves, the best first."""
-    told = observed_count(stated.measurements) - stated.mechanism.space.dof
-    enough = math.ceil(_TESTS / max(float(told.mean()), _TESTS / _LOOKS[-1][0]))
-    for number, framed, steps, followed in _LOOKS:
-        looks = (
-            (each.look(max(framed if each.options.frames else number, enough), steps), each)
-            for each in corrections
-        )
-        best = heapq.nsmallest(followed, looks, key=operator.itemgetter(0))
-        least = min((value for value, _ in best), default=math.inf)
-        most = _HOPELESS * max(least, 1.0) if least < LITTLE else math.inf
-        corrections = [each for value, each in best if value <= most]
+    corrections = [each for _, each in listed.likely]
+    still = listed.open
+    if listed.explains:  # a turned frame may do what columns do in another order
+        own = {each.cause.code for each in corrections if isinstance(each.cause, Doubt)}
+        framed = [each for each in still if each.options.frames and not stated.options.frames]
+        still = tuple(framed) if "columns-exchanged" in own else ()
+    corrections += _looked_through(stated, still)
     poses, steps = SECOND
     tried = [(each, each.some(poses).fit(steps)) for each in corrections]
     rivals = _rivals(tried)
@@ -222,6 +222,23 @@ def _judged(
     kept = {id(each) for each in rivals}
     hypotheses += [_told(each, fit) for each, fit in tried if fit and id(each) not in kept]
     return tuple(sorted(hypotheses, key=lambda each: (not each.proposed, each.per_degree)))
+
+
+def _looked_through(stated: Correction, corrections: Sequence[Correction]) -> list[Correction]:
+    """The best after looks at few poses, and then at more."""
+    told = observed_count(stated.measurements) - stated.mechanism.space.dof
+    enough = math.ceil(_TESTS / max(float(told.mean()), _TESTS / _LOOKS[-1][0]))
+    best = list(corrections)
+    for number, framed, steps, followed in _LOOKS:
+        looks = (
+            (each.look(max(framed if each.options.frames else number, enough), steps), each)
+            for each in best
+        )
+        kept = heapq.nsmallest(followed, looks, key=operator.itemgetter(0))
+        least = min((value for value, _ in kept), default=math.inf)
+        most = _HOPELESS * max(least, 1.0) if least < LITTLE else math.inf
+        best = [each for value, each in kept if value <= most]
+    return best
 
 
 def _as_stated(stated: Correction, corrected: Sequence[_core.JointFit]) -> _core.JointFit | None:
@@ -279,9 +296,28 @@ def _rivals(tried: Iterable[tuple[Correction, _core.JointFit | None]]) -> list[C
     found.sort(key=lambda each: each[1])
     near = [each for each, value, _ in found if value <= least + _BETTER * max(share, 1.0)]
     fewest = min(each.wide for each in near)
-    # The same correction may have been tried from several starts.
-    rivals = {each.key: each for each in reversed(near) if each.wide == fewest}
+    near = [each for each in near if each.wide == fewest and not _is_wider(each, near)]
+    # Rows in another order can do much that is done by less.
+    near = [each for each in near if each.again is None] or near
+    # The same correction may have been tried from several starts, and the same table be made twice.
+    rivals = {each.key: each for each in reversed(near)}
+    near = [each for each in near if rivals[each.key] is each]
+    rivals = {each.key: each for i, each in enumerate(near) if not _is_among(each, near[:i])}
     return list(rivals.values()) if len(rivals) <= _NAMED else []
+
+
+def _is_wider(correction: Correction, others: Iterable[Correction]) -> bool:
+    """Whether another does with one of its unknown frames."""
+    frames = set(correction.options.frames)
+    return any(set() < set(each.options.frames) < frames for each in others)
+
+
+def _is_among(correction: Correction, others: Iterable[Correction]) -> bool:
+    """Whether another makes the same table, of the same robot."""
+    return any(
+        each.model is correction.model and each.measurements == correction.measurements
+        for each in others
+    )
 
 
 def _as_it_is(_: _core.JointFit) -> None:

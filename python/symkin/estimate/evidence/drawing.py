@@ -34,6 +34,7 @@ Array = NDArray[np.float64]
 
 _NAMED = 3
 _LISTED = 6
+_NONSENSE = 30.0  # times the noise: what residuals so large say of a robot is none of it
 _SENSOR_TERMS = ("sensor_quadratic", "sensor_cosine", "sensor_sine")
 # Share of the squared distance from the drawing that a common movement must explain to be named.
 _EXPLAINED = 0.5
@@ -122,6 +123,8 @@ def _unknown(found: Found) -> list[Unknown]:
 
 def _platform_is_known(found: Found) -> bool:
     """Whether the end effector is known better over the workspace than by the drawing alone."""
+    if found.spread > _NONSENSE:
+        return False
     tolerances = np.array([each.tolerance for each in found.first_unknowns])
     if not np.isfinite(tolerances).all():
         return False

@@ -17,10 +17,12 @@ from symkin import _core
 from symkin.analysis.workspace import best_homes
 from symkin.errors import named_legs
 from symkin.estimate.evidence.findings import Doubt
-from symkin.estimate.evidence.frames import frame_doubt, with_frames
+from symkin.estimate.evidence.frames import frame_doubt, only, with_frames
 from symkin.estimate.evidence.measured import with_modes
+from symkin.estimate.evidence.row_edits import edits_of_rows
 from symkin.estimate.evidence.table_edits import edits_of_poses, rarer_edits, with_readings
 from symkin.estimate.evidence.trial import Cause, Correction
+from symkin.estimate.options import EstimateOptions
 from symkin.model.mechanism import Mechanism
 from symkin.model.turns import turn_of
 
@@ -42,7 +44,8 @@ _FACTORS = {
 
 def corrections_of(stated: Correction) -> Iterator[Correction]:
     """Give one correction at a time, of every kind in turn, should not all be tried."""
-    kinds = [kind(stated) for kind in (*_KINDS, rarer_edits, _sensors, _held_factors, _all_free)]
+    rarer = (rarer_edits, edits_of_rows, _one_frame, _sensors, _held_factors, _all_free)
+    kinds = [kind(stated) for kind in (*_KINDS, *rarer)]
     for each in itertools.zip_longest(*kinds):
         yield from (correction for correction in each if correction is not None)
 
@@ -55,18 +58,28 @@ def _all_free(stated: Correction) -> Iterator[Correction]:
         yield stated.of(cause, stated.mechanism, wide)
 
 
-def pairs_of(stated: Correction, parts: Collection[object] = ()) -> Iterator[Correction]:
+def pairs_of(
+    stated: Correction,
+    parts: Collection[object] = (),
+    first: Sequence[Correction] | None = None,
+) -> Iterator[Correction]:
     """Two corrections of different kinds at once, without what has more unknowns.
 
-    If corrections are known to be `parts` of what is wrong, pairs with one of them.
+    If corrections are known to be `parts` of what is wrong, pairs with one of them. If the best
+    are known, pairs of these, the `first`, and those of any with unknown frames.
     """
+    best = None if first is None else {each.key for each in first}
     for number, kind in enumerate(_KINDS):
         for one in kind(stated):
-            for other in itertools.chain.from_iterable(each(one) for each in _KINDS[number + 1 :]):
+            kinds = _KINDS[number + 1 :]
+            if best is not None:
+                others = tuple(each for each in _KINDS if each is not kind)
+                kinds = others if one.key in best else (_frames,) if kind is not _frames else ()
+            for other in itertools.chain.from_iterable(each(one) for each in kinds):
                 words = {each.key for each in (one, other) if isinstance(each.cause, Doubt)}
                 # Words that depend on the fit may be those of a part.
                 if not parts or len(words) < 2 or not words.isdisjoint(parts):
-                    yield other._replace(cause=_both(one, other))
+                    yield other._replace(cause=_both(one, other), again=None)
 
 
 def _both(one: Correction, other: Correction) -> Cause:
@@ -250,13 +263,25 @@ def _held_factors(stated: Correction) -> Iterator[Correction]:
 
 def _frames(stated: Correction) -> Iterator[Correction]:
     options = with_frames(stated.mechanism, stated.measurements, stated.options)
-    if options is None:
-        return
+    if options is not None:
+        yield _with_frames(stated, options)
+
+
+def _one_frame(stated: Correction) -> Iterator[Correction]:
+    """The device's frame or the target, where both may be elsewhere."""
+    options = with_frames(stated.mechanism, stated.measurements, stated.options)
+    if options is not None and len(options.frames) > 1:
+        for each in options.frames:
+            yield _with_frames(stated, only(each, options, stated.options))
+
+
+def _with_frames(stated: Correction, options: EstimateOptions) -> Correction:
+    space = stated.mechanism.space
 
     def cause(fit: _core.JointFit) -> Doubt:
-        return frame_doubt(stated.mechanism.space, fit.setup.base, stated.options, options)
+        return frame_doubt(space, fit.setup, stated.options, options)
 
-    yield stated.of(cause, stated.mechanism, options)
+    return stated.of(cause, stated.mechanism, options)
 
 
 # Those of a pair are made in this order.

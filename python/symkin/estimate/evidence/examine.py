@@ -184,10 +184,13 @@ def judged(estimate: Found, what: Noticed) -> Evidence:
         return Evidence((*others, *what.lasting), tried, complete=True)
     if what.symptoms or not found.converged:
         cause, rest = gross_errors(found)
-        if cause is None:
-            asked = found.nominal, rest, found.options
-            shaped = any(each.code in _SHAPES for each in what.symptoms)
+        shaped = any(each.code in _SHAPES for each in what.symptoms)
+        # Without gross errors too, if there are some: but all rows say which belong together.
+        for rows in (found.measurements, rest) if cause is None else ():
+            asked = found.nominal, rows, found.options
             tried = hypotheses_of(*asked, by_leg=bool(found.legs), budget=budget, shaped=shaped)
             cause = likely_cause(tried)
+            if rest is found.measurements or (cause is not None and cause.explains):
+                break
     told = doubts if cause is None else (cause, *what.lasting)
     return Evidence(told, tried, complete=not budget.spent)

@@ -115,7 +115,7 @@ class _Finding(Value):
             "stand": "stand" if several else "stands",
             "count": len(self.rows),
         }
-        return words.format_map({**place, **self.figures})
+        return words.format_map({**place, **self.CODES[self.code].usual, **self.figures})
 
 
 @record
@@ -141,6 +141,11 @@ class Doubt(_Finding):
     def is_cause(self) -> bool:
         """Whether it is a mistake that explains the others, rather than what is noticed."""
         return "_likely" in self.figures
+
+    @property
+    def explains(self) -> bool:
+        """Whether it is a mistake that explains the data but for noise, and not a part of them."""
+        return self.is_cause and bool(self.figures["_likely"]["whole"])
 
     def __str__(self) -> str:
         """Return it as a sentence."""

@@ -15,7 +15,7 @@ from symkin.estimate.options import EstimateOptions
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import PoseSpace
 
-__all__ = ["frame_doubt", "with_frames"]
+__all__ = ["frame_doubt", "only", "with_frames"]
 
 
 def with_frames(
@@ -36,23 +36,36 @@ def with_frames(
     return dataclasses.replace(options, frames=("base", "target"), fixed=fixed)
 
 
+def only(frame: str, framed: EstimateOptions, stated: EstimateOptions) -> EstimateOptions:
+    """Of options with both frames those with one of them."""
+    added = (name for name in framed.fixed if name not in stated.fixed)
+    fixed = (*stated.fixed, *(name for name in added if name.startswith(f"{frame}.")))
+    return dataclasses.replace(framed, frames=(frame,), fixed=fixed)
+
+
 def frame_doubt(
     space: PoseSpace,
-    base: _core.Frame,
+    found: _core.Setup,
     stated: EstimateOptions,
     framed: EstimateOptions,
     evidence: str = "",
     p: float = float("nan"),
 ) -> Doubt:
     """That the measurements have a frame of their own, how far it is off, and what to ask for."""
-    shift = ", ".join(f"{1e3 * value:.3g}" for value in base.position)
-    cosine = np.clip((np.trace(base.rotation) - 1) / 2, -1, 1)
+    off = found.target if framed.frames == ("target",) else found.base
+    shift = ", ".join(f"{1e3 * value:.3g}" for value in off.position)
+    cosine = np.clip((np.trace(off.rotation) - 1) / 2, -1, 1)
     figures = {
+        "whose": (
+            "the target that was measured is not where the drawing has it on the platform"
+            if framed.frames == ("target",)
+            else "the frame of the measurements is not the drawing's"
+        ),
         "evidence": evidence,
         "moved": f"shifted by about ({shift}) mm and " if space.moves else "",
         "angle": float(np.degrees(np.arccos(cosine))),
     }
     fixed = tuple(name for name in framed.fixed if name not in stated.fixed)
     options = {"frames": framed.frames, **({"fixed": fixed} if fixed else {})}
-    size = float(np.linalg.norm(base.position))
+    size = float(np.linalg.norm(off.position))
     return Doubt("frame-not-as-drawn", size=size, p=p, figures=figures, options=options)

@@ -22,6 +22,7 @@ __all__ = ["gross_errors"]
 
 # Chi-square per degree of freedom from which gross errors are looked for by a robust loss.
 _CHI_SQUARE = 9.0
+_MOST = 0.25  # of the poses: more than that are no errors of single poses
 
 
 def gross_errors(found: Found) -> tuple[Doubt | None, Measurements]:
@@ -48,7 +49,7 @@ def gross_errors(found: Found) -> tuple[Doubt | None, Measurements]:
         robust = fitted(np.arange(count), replace(options, loss="cauchy"))
         gross = np.unique([row for row, _ in robust.rejected]).astype(np.intp)
         sound = np.setdiff1d(np.arange(count), gross)
-        for row in gross if robust.converged and len(gross) <= count // 2 else ():
+        for row in gross if robust.converged and len(gross) <= 2 * _MOST * count else ():
             rows = np.union1d(sound, [row])
             back = fitted(rows, options)
             outliers = outliers_of(back, diagnosed(back))
@@ -57,7 +58,8 @@ def gross_errors(found: Found) -> tuple[Doubt | None, Measurements]:
         clean = fitted(np.setdiff1d(np.arange(count), gross), options)
     except SymkinError:
         return None, measured
-    if not clean.converged or not len(gross) or any(fit.unexplained for fit in clean.goodness):
+    few = 0 < len(gross) <= _MOST * count
+    if not clean.converged or not few or any(fit.unexplained for fit in clean.goodness):
         return None, measured
     if any(implausible_parameters(clean)):
         return None, clean.measurements

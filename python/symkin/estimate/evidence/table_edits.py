@@ -1,34 +1,46 @@
 # SPDX-License-Identifier: MIT
-"""Corrections of the table: rows that do not belong together, units and conventions of poses."""
+"""Corrections of the table: units and conventions of poses."""
 
 from __future__ import annotations
 
 import dataclasses
 import itertools
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from symkin.analysis.conventions import ORDERS, fits_of, taken_as, ways_of
+from symkin.analysis.conventions import (
+    ORDERS,
+    fits_of,
+    rotations_from_angles,
+    taken_as,
+    ways_of,
+)
 from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError
 from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.evidence.trial import Correction
 from symkin.model.mechanism import Mechanism
-from symkin.model.poses import poses_of, transforms, vectors_from_quaternions
+from symkin.model.poses import (
+    poses_of,
+    quaternions_from_rotation_vectors,
+    rotations_from_quaternions,
+    transforms,
+    vectors_from_quaternions,
+    vectors_from_rotations,
+)
 
 __all__ = ["edits_of_poses", "rarer_edits", "with_readings"]
 
 Array = NDArray[np.float64]
 
-_LATE = 3  # rows, of all readings
-_LATE_ALONE = 2  # of one leg's
+_UNITS = {1e-3: "millimetres", 1e3: "a thousandth of what they should be"}
+_RARER_UNITS = {1e-2: "centimetres", 25.4e-3: "inches"}
 _LEAST_TURNED = 6  # rows
 _PLAINLY_OFF = 3.0  # times what the drawing and the noise leave of orientations
 _BETTER = 1.5
-_FAR = 30.0  # times as far out as the drawing has it: in another unit
 
 
 def with_readings(measured: Measurements, change: Callable[[Array], Array]) -> Measurements:
@@ -41,83 +53,27 @@ def with_readings(measured: Measurements, change: Callable[[Array], Array]) -> M
     return dataclasses.replace(measured, **changes)  # type: ignore[arg-type]
 
 
-def _edits_of_rows(stated: Correction) -> Iterator[Correction]:
-    """Readings that stand some rows late or early, of all legs or of one."""
-    measured = stated.measurements
-    count, legs = measured.readings.shape
-    if (measured.leg_sets >= 0).any() or count <= 2 * _LATE:
-        return
-    every = tuple(range(legs))
-    for size in range(1, _LATE + 1):
-        for late in (size, -size):
-            sets = [every, *((leg,) for leg in every if size <= _LATE_ALONE)]
-            for own in sets:
-                rows = np.arange(max(0, -late), count - max(0, late))
-                at = measured.subset(rows)
-                from_rows = measured.subset(rows + late)
-                readings = np.array(at.readings)
-                readings[:, own] = from_rows.readings[:, own]
-                changes = {"readings": readings}
-                if measured.reading_deviations is not None:
-                    deviations = np.array(at.reading_deviations)
-                    deviations[:, own] = np.asarray(from_rows.reading_deviations)[:, own]
-                    changes["reading_deviations"] = deviations
-                n, way = abs(late), "late" if late > 0 else "early"
-                figures = {"shift": f"{n} row{'s' * (n > 1)} {way}"}
-                yield stated._replace(
-                    cause=Doubt("rows-shifted", own, size=float(late), figures=figures),
-                    measurements=dataclasses.replace(at, **changes),  # type: ignore[arg-type]
-                )
-
-
-def _blocks(stated: Correction) -> Correction | None:
-    """Some rows whose positions are far beyond those of most, as if in millimetres."""
-    measured = stated.measurements
-    positions = measured.poses[:, : measured.space.size]
-    if not np.isfinite(positions).any():
-        return None
-    size = np.linalg.norm(positions, axis=1)
-    if np.nanmax(size, initial=0.0) <= _FAR * np.nanmedian(size):
-        return None  # all in one unit, whichever that is
-    try:
-        drawn = stated.mechanism.forward_kinematics(measured.readings)[0]
-    except SymkinError:
-        return None
-    drawn_size = np.linalg.norm(drawn[:, : measured.space.size], axis=1)
-    usual = np.nanmedian(drawn_size) if np.isfinite(drawn_size).any() else np.inf
-    far = size > _FAR * np.where(np.isfinite(drawn_size), drawn_size, usual)
-    if not far.any() or far[np.isfinite(size)].all():
-        return None
-    poses = np.array(measured.poses)
-    poses[far, : measured.space.size] *= 1e-3
-    rows = tuple(measured.row_numbers[far].tolist())
-    return stated._replace(
-        cause=Doubt("rows-in-another-unit", rows=rows, figures={"unit": "millimetres"}),
-        measurements=dataclasses.replace(measured, poses=poses),
-    )
-
-
 def edits_of_poses(stated: Correction) -> Iterator[Correction]:
     """Correct what was observed in another unit or convention."""
-    measured = stated.measurements
-    for factor, unit in ((1e-3, "millimetres"), (1e3, "a thousandth of what they should be")):
-        lengths = _scaled(measured, factor)
+    yield from _in_units(stated, _UNITS)
+    for convention, poses in _conventions(stated.mechanism, stated.measurements.poses):
+        yield from _with_poses(stated, convention, poses)
+
+
+def _in_units(stated: Correction, units: Mapping[float, str]) -> Iterator[Correction]:
+    for factor, unit in units.items():
+        lengths = _scaled(stated.measurements, factor)
         if lengths is not None:
             figures = {"unit": unit + ", not metres" * (factor < 1)}
             cause = Doubt("unit-of-lengths", size=1 / factor, figures=figures)
             yield stated._replace(cause=cause, measurements=lengths)
-    for convention, poses in _conventions(stated.mechanism, measured.poses):
-        yield from _with_poses(stated, convention, poses)
 
 
 def rarer_edits(stated: Correction) -> Iterator[Correction]:
     """Correct what is mistaken less often, and so not looked for beside another mistake."""
-    yield from _edits_of_rows(stated)
     nominal, poses = stated.mechanism, stated.measurements.poses
     yield from _angles(stated)
-    blocks = _blocks(stated)
-    if blocks is not None:
-        yield blocks
+    yield from _in_units(stated, _RARER_UNITS)
     size, names = nominal.space.size, nominal.space.position
     for one, other in itertools.combinations(range(size), 2):
         order = np.arange(poses.shape[1])
@@ -129,39 +85,50 @@ def rarer_edits(stated: Correction) -> Iterator[Correction]:
             signs = np.where(np.arange(poses.shape[1]) == axis, -1.0, 1.0)
             words = f"{names[axis]} has the opposite sign, but not the orientation"
             yield from _with_poses(stated, words, poses * signs)
+    for words, turned in _rarer_orientations(nominal, poses):
+        yield from _with_poses(stated, words, turned)
 
 
 def _angles(stated: Correction) -> Iterator[Correction]:
-    """Rotation vectors that are angles about axes in some order, where that fits the drawing."""
+    """Rotation vectors that are angles about axes in some order."""
     nominal, poses = stated.mechanism, stated.measurements.poses
-    space, read = nominal.space, np.isfinite(stated.measurements.readings).all(axis=1)
-    if not (space.has_quaternion and space.moves) or not read.any():
-        return
-    drawn = np.full_like(poses, np.nan)
-    try:
-        drawn[read] = nominal.forward_kinematics(stated.measurements.readings[read])[0]
-    except SymkinError:
-        return
-    measured = np.isfinite(poses).all(axis=1)
-    rows = measured & np.isfinite(drawn).all(axis=1)
-    if rows.sum() < _LEAST_TURNED:
+    space, measured = nominal.space, np.isfinite(poses).all(axis=1)
+    if not (space.has_quaternion and space.moves) or measured.sum() < _LEAST_TURNED:
         return
     vectors = vectors_from_quaternions(poses[:, space.size :])
     device = np.hstack([poses[:, : space.size], vectors])
+    ways = ways_of(device[measured], space.name, triples=True)
+    ways = [each for each in ways if each[:3] in ORDERS]
+    if not measured.all():
+        ways = _as_drawn(stated, device, ways)
+    for way in ways:
+        taken = np.full_like(poses, np.nan)
+        meant = taken_as(way, device[measured], space.name)
+        taken[measured] = poses_of(space.name, meant)
+        words = f"the orientations are no rotation vectors, but angles {way}"
+        yield from _with_poses(stated, words, taken)
+
+
+def _as_drawn(stated: Correction, device: Array, ways: Sequence[str]) -> list[str]:
+    """The way that fits the drawing, if one plainly does, where every way would be a fit."""
+    nominal, readings = stated.mechanism, stated.measurements.readings
+    space, read = nominal.space, np.isfinite(readings).all(axis=1)
+    drawn = np.full((len(device), space.coordinates), np.nan)
+    try:
+        drawn[read] = nominal.forward_kinematics(readings[read])[0]
+    except SymkinError:
+        return []
+    rows = np.isfinite(device).all(axis=1) & np.isfinite(drawn).all(axis=1)
+    if rows.sum() < _LEAST_TURNED:
+        return []
     asked = (device[rows], transforms(space.name, drawn[rows]), nominal.characteristic_length)
     (as_measured,) = fits_of(["as measured"], *asked, space.name)
     made = nominal.tolerances
     off = made.angle + made.length / nominal.characteristic_length + nominal.noise.orientation
     if as_measured.told.orientation_rms < _PLAINLY_OFF * off:
-        return  # no order of angles would leave so little
-    best = fits_of(ways_of(device[rows], space.name, triples=True), *asked, space.name)[0].told
-    if best.cost * _BETTER > as_measured.told.cost or best.convention[:3] not in ORDERS:
-        return
-    taken = np.full_like(poses, np.nan)
-    meant = taken_as(best.convention, device[measured], space.name)
-    taken[measured] = poses_of(space.name, meant)
-    words = f"the orientations are no rotation vectors, but angles {best.convention}"
-    yield from _with_poses(stated, words, taken)
+        return []  # no order of angles would leave so little
+    best = fits_of(list(ways), *asked, space.name)[0].told
+    return [best.convention] if best.cost * _BETTER <= as_measured.told.cost else []
 
 
 def _with_poses(stated: Correction, convention: str, poses: Array) -> Iterator[Correction]:
@@ -203,6 +170,39 @@ def _conventions(nominal: Mechanism, poses: Array) -> Iterator[tuple[str, Array]
         position = nominal.space.size
         scalar_last = np.hstack([poses[:, :position], np.roll(poses[:, position:], -1, axis=1)])
         yield "the quaternions are in the order w, x, y, z", scalar_last
+
+
+def _rarer_orientations(nominal: Mechanism, poses: Array) -> Iterator[tuple[str, Array]]:
+    """Ways in which orientations may have been written down, less often."""
+    if nominal.pose_space == "planar":
+        for quarter, side in ((math.pi / 2, "y"), (-math.pi / 2, "minus y")):
+            words = f"the angle is counted from {side}, not x"
+            yield words, poses + np.array([0.0, 0.0, quarter])
+    size = nominal.space.size
+    if not nominal.space.has_quaternion or not np.isfinite(poses[:, size:]).all():
+        return
+    own = poses[:, size:]
+    angles, inverse = _roll_pitch_yaw(own), _roll_pitch_yaw(own * np.array([-1, -1, -1, 1]))
+    vectors = "rotation vectors stand where roll, pitch and yaw are expected"
+    reversed_order = "roll, pitch and yaw turn in the reversed order"
+    for words, quaternions in (
+        (vectors, quaternions_from_rotation_vectors(angles)),
+        (reversed_order, _quaternions(rotations_from_angles(angles, "XYZ"))),
+        (reversed_order, _quaternions(rotations_from_angles(-inverse, "xyz"))),
+    ):
+        yield words, np.hstack([poses[:, :size], quaternions])
+
+
+def _roll_pitch_yaw(quaternions: Array) -> Array:
+    """Angles about fixed x, y, z, shape (N, 3)."""
+    matrices = rotations_from_quaternions(quaternions)
+    pitch = -np.arcsin(np.clip(matrices[:, 2, 0], -1, 1))
+    roll = np.arctan2(matrices[:, 2, 1], matrices[:, 2, 2])
+    return np.column_stack([roll, pitch, np.arctan2(matrices[:, 1, 0], matrices[:, 0, 0])])
+
+
+def _quaternions(rotations: Array) -> Array:
+    return quaternions_from_rotation_vectors(vectors_from_rotations(rotations))
 
 
 def _scaled(measured: Measurements, factor: float) -> Measurements | None:

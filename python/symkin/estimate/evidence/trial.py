@@ -75,12 +75,17 @@ class Statement:
 
 
 class Correction(NamedTuple):
-    """What to fit instead; `wide` counts unknowns besides."""
+    """What to fit instead; `wide` counts unknowns besides.
+
+    `again` makes the same correction by a robot that is better known than the drawing; None where
+    it does not depend on the robot, or there is nothing to correct.
+    """
 
     cause: Cause
     model: Statement
     measurements: Measurements
     wide: int = 0
+    again: Callable[[Mechanism], Correction | None] | None = None
 
     @property
     def mechanism(self) -> Mechanism:

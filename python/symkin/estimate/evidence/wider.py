@@ -149,7 +149,7 @@ def _doubt_of(found: Found, other: Alternative, help_in_words: Callable[[str], s
     if other.what in ("frames", "held"):
         problem, fit, _ = Problem.of(found.nominal, found.measurements, other.options).resolved()
     if other.what == "frames":
-        asked = found.nominal.space, fit.setup.base, found.options, other.options
+        asked = found.nominal.space, fit.setup, found.options, other.options
         return frame_doubt(*asked, figures["evidence"], other.p_value)
     figures["help"] = help_in_words(other.what)
     if other.what == "held":

@@ -1,0 +1,226 @@
+# SPDX-License-Identifier: MIT
+"""Corrections of rows: readings and poses that do not belong together, and units of some rows."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin.data.measurements import Measurements
+from symkin.errors import SymkinError
+from symkin.estimate.evidence.assignment import assigned
+from symkin.estimate.evidence.findings import Doubt
+from symkin.estimate.evidence.trial import Correction
+from symkin.model.chains import shortest
+from symkin.model.framing import unframed
+from symkin.model.mechanism import Mechanism
+from symkin.model.turns import turn_of
+
+__all__ = ["edits_of_rows"]
+
+Array = NDArray[np.float64]
+
+_LATE = 3  # rows, of all readings
+_LATE_ALONE = 2  # of one leg's
+_LATE_IN_PAIRS = 1  # of two legs'
+_MOST = 400  # rows that are put in another order
+_FEW = 8  # rows from which a sorted column is none by chance
+_FAR = 30.0  # times as far out as the drawing has it: in another unit
+_BEYOND = 1e6  # of a cell that cannot be
+
+
+def edits_of_rows(stated: Correction) -> Iterator[Correction]:
+    """All of them."""
+    yield from _shifts(stated)
+    if np.isfinite(stated.measurements.poses).all():
+        yield from _units_of_rows(stated)
+        yield from _orders(stated)
+    else:
+        yield from _far_out(stated)
+
+
+def _shifts(stated: Correction) -> Iterator[Correction]:
+    """Readings that stand some rows late or early, of all legs, of one or of two."""
+    measured = stated.measurements
+    count, legs = measured.readings.shape
+    if (measured.leg_sets >= 0).any() or count <= 2 * _LATE:
+        return
+    every = tuple(range(legs))
+    pairs = [each for each in itertools.combinations(every, 2) if len(each) < legs]
+    for size in range(1, _LATE + 1):
+        alone = [(leg,) for leg in every if size <= _LATE_ALONE]
+        for late in (size, -size):
+            for own in (every, *alone, *(pairs if size <= _LATE_IN_PAIRS else ())):
+                yield _moved(stated, own, late)
+
+
+def _moved(stated: Correction, own: tuple[int, ...], late: int) -> Correction:
+    measured, n = stated.measurements, abs(late)
+    count = len(measured.readings)
+    rows = np.arange(max(0, -late), count - max(0, late))
+    changes = {}
+    for name in ("readings", "reading_deviations"):
+        values = getattr(measured, name)
+        if values is not None:
+            changes[name] = np.array(values[rows])
+            changes[name][:, own] = values[rows + late][:, own]
+    figures = {
+        "shift": f"{n} row{'s' * (n > 1)} {'late' if late > 0 else 'early'}",
+        "back": f"{n} row{'s' * (n > 1)} {'up' if late > 0 else 'down'}",
+    }
+    return stated._replace(
+        cause=Doubt("rows-shifted", own, size=float(late), figures=figures),
+        measurements=dataclasses.replace(measured.subset(rows), **changes),  # type: ignore[arg-type]
+    )
+
+
+def _units_of_rows(stated: Correction) -> Iterator[Correction]:
+    """Some rows in another unit: of each that one which the drawing likes better."""
+    measured, robot = stated.measurements, stated.mechanism
+    size = measured.space.size
+    as_read = _distances(robot, measured.poses, measured.readings)
+    if size:
+        for factor, unit in ((1e-3, "millimetres"), (1e-2, "centimetres")):
+            poses = np.array(measured.poses)
+            poses[:, :size] *= factor
+            other = _distances(robot, poses, measured.readings)
+            far = _total(other) < _total(as_read)
+            yield from _of_rows(stated, far, "poses", poses, f"the positions|{unit}|metres")
+    if stated.mechanism.reading_unit == "rad":
+        readings = np.radians(measured.readings)
+        other = _distances(robot, measured.poses, readings)
+        far = _total(other) < _total(as_read)
+        yield from _of_rows(stated, far, "readings", readings, "the readings|degrees|radians")
+
+
+def _far_out(stated: Correction) -> Iterator[Correction]:
+    """Positions far beyond those that the drawing has at the readings, as if in millimetres."""
+    measured, size = stated.measurements, stated.measurements.space.size
+    positions = measured.poses[:, :size]
+    if not size or not np.isfinite(positions).any():
+        return
+    try:
+        drawn = stated.mechanism.forward_kinematics(measured.readings)[0]
+    except SymkinError:
+        return
+    distances = np.linalg.norm(drawn[:, :size], axis=1)
+    if not np.isfinite(distances).any():
+        return
+    usual = np.nanmedian(distances)
+    poses = np.array(measured.poses)
+    poses[:, :size] *= 1e-3
+    rows = np.linalg.norm(positions, axis=1) > _FAR * usual
+    yield from _of_rows(stated, rows, "poses", poses, "the positions|millimetres|metres")
+
+
+def _of_rows(
+    stated: Correction, rows: NDArray[np.bool_], name: str, values: Array, words: str
+) -> Iterator[Correction]:
+    """Take other values in some rows, if these are some and not all."""
+    if not rows.any() or rows.all():
+        return
+    measured = stated.measurements
+    changed = np.where(rows[:, None], values, getattr(measured, name))
+    numbers = tuple(measured.row_numbers[rows].tolist())
+    what, unit, usual = words.split("|")
+    figures = {"what": what, "unit": unit, "usual": usual}
+    yield stated._replace(
+        cause=Doubt("rows-in-another-unit", rows=numbers, figures=figures),
+        measurements=dataclasses.replace(measured, **{name: changed}),  # type: ignore[arg-type]
+    )
+
+
+def _orders(stated: Correction) -> Iterator[Correction]:
+    """Poses and readings in different orders, or one column that was sorted by itself."""
+    measured = stated.measurements
+    count = len(measured.poses)
+    if not _FEW <= count <= _MOST or (measured.leg_sets >= 0).any():
+        return
+    yield from _ordered(stated, None)
+    columns = [("readings", leg) for leg in range(measured.readings.shape[1])]
+    columns += [("poses", axis) for axis in range(measured.space.size)]
+    for name, column in columns:
+        steps = np.diff(getattr(measured, name)[:, column])
+        if (steps >= 0).all() or (steps <= 0).all():
+            yield from _ordered(stated, (name, column))
+
+
+def _ordered(stated: Correction, column: tuple[str, int] | None) -> Iterator[Correction]:
+    """Put rows, or the values of a column, where a robot has them; by default the drawing."""
+
+    def by(robot: Mechanism) -> Correction | None:
+        measured = stated.measurements
+        made = _matched(robot, measured) if column is None else _ranked(robot, measured, *column)
+        if made is None:
+            return None
+        if column is None:
+            figures = {"what": "poses and readings stand in different orders"}
+        else:
+            named = _name_of(robot, *column)
+            figures = {"what": f"the column {named} was sorted by itself"}
+        legs = (column[1],) if column is not None and column[0] == "readings" else ()
+        return stated._replace(
+            cause=Doubt("rows-out-of-order", legs, figures=figures), measurements=made, again=by
+        )
+
+    try:
+        made = by(stated.mechanism)
+    except SymkinError:
+        return
+    if made is not None:
+        yield made
+
+
+def _name_of(robot: Mechanism, name: str, column: int) -> str:
+    if name == "readings":
+        return f"of the readings of leg {column + 1}"
+    return robot.space.position[column]
+
+
+def _matched(robot: Mechanism, measured: Measurements) -> Measurements | None:
+    """Rows of readings put to the poses at which a robot has them."""
+    roots = robot.inverse_kinematics(unframed(robot, measured.poses))
+    away = measured.readings[None] - roots[:, None]  # (poses, readings, legs)
+    for leg in range(away.shape[2]):
+        away[..., leg] = shortest(away[..., leg], turn_of(robot, leg))
+    spread = np.nanstd(measured.readings, axis=0)
+    costs = np.nansum((away / np.where(spread > 0, spread, 1.0)) ** 2, axis=2)
+    costs[~np.isfinite(roots).any(axis=1)] = _BEYOND
+    order = assigned(costs)
+    if (order == np.arange(len(order))).all():
+        return None
+    changes = {"readings": measured.readings[order]}
+    if measured.reading_deviations is not None:
+        changes["reading_deviations"] = measured.reading_deviations[order]
+    return dataclasses.replace(measured, **changes)  # type: ignore[arg-type]
+
+
+def _ranked(robot: Mechanism, measured: Measurements, name: str, column: int) -> Measurements:
+    """Values of a column given to rows by the rank that a robot says they have."""
+    if name == "readings":
+        expected = robot.inverse_kinematics(unframed(robot, measured.poses))[:, column]
+    else:
+        if robot.frames is not None:  # what its readings say is in the robot's own frame
+            robot = robot.replace(frames=None)
+        expected = robot.forward_kinematics(measured.readings)[0][:, column]
+    values = np.array(getattr(measured, name))
+    ranks = np.argsort(np.argsort(np.nan_to_num(expected, nan=np.inf), kind="stable"))
+    values[:, column] = np.sort(values[:, column])[ranks]
+    return dataclasses.replace(measured, **{name: values})  # type: ignore[arg-type]
+
+
+def _distances(robot: Mechanism, poses: Array, readings: Array) -> Array:
+    """How far readings are from those of a robot at poses, (N, legs), in their spread."""
+    away = readings - robot.inverse_kinematics(unframed(robot, poses))
+    for leg in range(away.shape[1]):
+        away[:, leg] = shortest(away[:, leg], turn_of(robot, leg))
+    return np.where(np.isfinite(readings) & ~np.isfinite(away), _BEYOND, np.nan_to_num(away))
+
+
+def _total(distances: Array) -> Array:
+    """Of each row, so that one leg says no more than another."""
+    return np.asarray(np.log1p((distances / 1e-3) ** 2).sum(axis=1))

@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: MIT
+"""Mistakes of the table are named, of mechanisms of every kind."""
+
+import itertools
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import symkin
+from symkin.estimate.evidence.assignment import assigned
+
+MECHANISMS = ("3RRR", "rotary_delta", "3RPS", "2RRR_PRP", "hexa")
+
+
+@pytest.fixture(scope="module", params=MECHANISMS)
+def taken(request):
+    """A robot, and what was measured of it in 40 poses that nobody planned."""
+    robot = symkin.load_mechanism(request.param)
+    poses = symkin.sample_workspace(robot, 200, seed=1).poses[:40]
+    own, none = np.full(len(poses), -1), np.zeros(len(poses), dtype=bool)
+    plan = symkin.Plan(
+        robot, own, np.arange(len(poses)), none, poses, robot.inverse_kinematics(poses)
+    )
+    return robot, symkin.simulate(robot, plan, seed=5).measurements.for_all_legs()
+
+
+def read(change):
+    return lambda _, table: replace(table, readings=change(np.array(table.readings)))
+
+
+def two_late(_, table):
+    readings = np.array(table.readings)
+    readings[:, :2] = np.roll(readings[:, :2], 1, axis=0)
+    return replace(table, readings=readings).subset(np.arange(1, len(readings)))
+
+
+def first_sorted(readings):
+    readings[:, 0] = np.sort(readings[:, 0])
+    return readings
+
+
+def in_millimetres(robot, table):
+    poses = np.array(table.poses)
+    poses[::2, : robot.space.size] *= 1e3
+    return replace(table, poses=poses)
+
+
+def by_x(_, table):
+    return replace(table, poses=table.poses[np.argsort(table.poses[:, 0])])
+
+
+MISTAKES = {
+    "two legs a row late": (two_late, "rows-shifted", (0, 1)),
+    "poses sorted": (by_x, "rows-out-of-order", ()),
+    "a column sorted": (read(first_sorted), "rows-out-of-order", (0,)),
+    "millimetres in half the rows": (in_millimetres, "rows-in-another-unit", ()),
+}
+
+
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_a_mistake_of_the_table_is_named_of_every_kind_of_mechanism(taken, mistake):
+    robot, table = taken
+    change, code, legs = MISTAKES[mistake]
+    try:
+        cause = symkin.identify(robot, change(robot, table)).doubts[0]
+    except symkin.SymkinError as error:
+        cause = error.likely_cause
+    assert (cause.code, cause.legs, cause.others) == (code, legs, ())
+    # Values of a column that differ by less than the tolerances may stay in each other's rows.
+    assert cause.explains or mistake == "a column sorted"
+    if code == "rows-in-another-unit":
+        assert cause.rows == tuple(table.row_numbers[::2])
+
+
+def test_noise_is_no_mistake_of_the_table(taken):
+    robot, table = taken
+    size = robot.space.size
+    poses = np.array(table.poses)
+    shape = (len(poses), size)
+    poses[:, :size] += 3 * robot.noise.position * np.random.default_rng(1).standard_normal(shape)
+    assert not any(
+        each.is_cause for each in symkin.identify(robot, replace(table, poses=poses)).doubts
+    )
+
+
+def test_a_target_that_is_elsewhere_is_told_as_the_target_with_its_size():
+    robot = symkin.load_mechanism("3RRR")
+    table = symkin.simulate(robot, robot.plan(24), seed=1).measurements.for_all_legs()
+    poses = np.array(table.poses)
+    poses[:, 0] += 0.02 * np.cos(poses[:, 2])
+    poses[:, 1] += 0.02 * np.sin(poses[:, 2])
+    (doubt,) = symkin.identify(robot, replace(table, poses=poses)).doubts
+    assert (doubt.code, doubt.options) == ("frame-not-as-drawn", {"frames": ("target",)})
+    assert doubt.size == pytest.approx(0.02, rel=0.1)
+    assert doubt.cause.startswith("the target that was measured")
+
+
+def test_more_rows_than_a_quarter_are_no_gross_errors():
+    robot = symkin.load_mechanism("3RPS")
+    table = symkin.simulate(robot, robot.plan(9), seed=2).measurements.for_all_legs()
+    readings = np.array(table.readings)
+    readings[len(readings) // 2 :, 0] += 2e-3
+    found = symkin.identify(robot, replace(table, readings=readings))
+    assert found.doubts
+    assert not any(each.code == "gross-errors" for each in found.doubts)
+
+
+def test_an_assignment_has_the_least_cost_of_all_orders():
+    random = np.random.default_rng(0)
+    for count in range(1, 7):
+        costs = random.random((count, count))
+        orders = (np.array(each) for each in itertools.permutations(range(count)))
+        rows = np.arange(count)
+        least = min(costs[rows, order].sum() for order in orders)
+        assert costs[rows, assigned(costs)].sum() == pytest.approx(least)
