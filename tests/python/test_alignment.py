@@ -6,7 +6,7 @@ import pytest
 import scipy.optimize
 from scipy.spatial.transform import Rotation
 
-from symkin.analysis.alignment import align
+from symkin.analysis.frame_fit import align
 from symkin.model.poses import Transform, moved, rotations_from_vectors, vectors_from_rotations
 
 LENGTH = 0.2

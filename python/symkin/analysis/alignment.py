@@ -207,7 +207,8 @@ def align_frames(
     space = space_named(pose_space, own.shape[1]).name
     kind = POSE_SPACES[space]
     triples = kind.has_quaternion and device.shape[1] == kind.size + 3
-    if len(device) != len(own) or not (triples or device.shape[1] == own.shape[1]):
+    paired = device.ndim == 2 and own.ndim == 2 and len(device) == len(own)
+    if not paired or not (triples or device.shape[1] == own.shape[1]):
         raise MeasurementError(
             f"the measured poses are {device.shape}, the robot's {own.shape}; expected as many of "
             "both"

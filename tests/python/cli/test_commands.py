@@ -127,7 +127,7 @@ def test_check_names_what_keeps_a_calibrated_mechanism_from_its_symmetry(
     where = f"leg {worst['leg']} differs most, {worst['parameter']} by "
     assert f"alike within tolerances, not exactly: {where}" in shown.words
     row = rf"^leg {worst['leg']}, {worst['parameter']} +{worst['deviation']:#.3g} "
-    assert re.search(row, shown.out, re.MULTILINE)
+    assert re.search(row, whole, re.MULTILINE)
     assert worst["standard_deviation"] > 0
 
 

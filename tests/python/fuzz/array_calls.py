@@ -15,6 +15,7 @@ import symkin
 import symkin.exports
 import symkin.model.file_frames
 from symkin import _core
+from symkin.analysis.evaluation import at_arm
 from symkin.analysis.observability import error_weight, expected_accuracy, mechanism_rows
 from symkin.errors import NotIdentifiableError
 from symkin.model.declared import declared_chain
@@ -506,6 +507,12 @@ def _of_package(mechanism: symkin.Mechanism, poses: np.ndarray) -> Iterator[Call
         {"poses": poses, "covariance": np.eye(legs * p)},
         lambda poses, covariance: expected_accuracy(mechanism, poses, covariance),
     )
+    dof = mechanism.space.dof
+    yield Call(
+        "at_arm",
+        {"differences": np.zeros((len(poses), dof)), "poses": poses, "arm": np.ones(3)},
+        lambda **given: at_arm(**given, space=mechanism.space),
+    )
     yield Call("map_poses", {"poses": poses}, lambda poses: map_poses(mechanism, "r0", poses))
     yield Call(
         "evaluate",
@@ -525,6 +532,11 @@ def _of_package(mechanism: symkin.Mechanism, poses: np.ndarray) -> Iterator[Call
     )
     whole = symkin.Measurements.of(**measured)
     yield Call("Measurements.subset", {"rows": np.arange(10)}, whole.subset)
+    slopes = {
+        "leg_covariates": np.ones((len(poses), 2 * legs)),
+        "base_covariates": np.ones((len(poses), 1)),
+    }
+    yield Call("Measurements.observations", slopes, partial(whole.observations, mechanism.noise))
     yield Call(
         "make_plan",
         {"candidates": poses, "required": poses[:2]},

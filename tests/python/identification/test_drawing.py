@@ -150,5 +150,5 @@ def test_a_fleet_has_a_table_of_what_the_workshop_makes(fleet, estimator):
     found = symkin.identify_many(plain, measured[:15], estimator, tolerances="estimate")
     by_name = {each.what: each for each in found.made_within}
     assert by_name["angles"].low > 1.2
-    assert "What the workshop makes" in found.text()
+    assert "What the workshop makes" in found.text(whole=True)
     assert symkin.identify_many(plain, measured[:2]).made_within == ()

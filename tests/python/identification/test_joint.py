@@ -264,12 +264,6 @@ def test_estimators_that_look_at_one_leg_say_why_they_cannot(paper, taken, plan)
         symkin.identify(paper, partial, "paper")
 
 
-def test_points_without_a_nominal_place_are_refused(paper, plan):
-    observe = Observed("points", points=((0.3, 0.0), (0.0, 0.2)))
-    with pytest.raises(SymkinError, match="2 points were observed, and 0 points are given"):
-        symkin.identify(paper, simulated(paper, plan, observe).measurements)
-
-
 @pytest.mark.parametrize(
     ("options", "message"),
     [
@@ -309,7 +303,7 @@ def test_a_frame_that_nobody_mentioned_is_told(paper, plan):
     assert not found.trustworthy
     (doubt,) = found.doubts
     assert doubt.code == "frame-not-as-drawn"
-    assert doubt.options == {"frames": ("base", "target")}
+    assert doubt.options == {"frames": ("base",)}
 
 
 def test_a_curved_sensor_is_told_and_found(paper, taken):
@@ -349,7 +343,8 @@ def test_parameters_held_at_wrong_values_are_told(paper, taken):
     found = symkin.identify(
         paper.with_parameters(wrong), taken.measurements, fixed=["sensor_offset"]
     )
-    assert found.doubts[0].code in ("held-is-wrong", "held-factor", "zero")
+    # The base frame turned by as much does nearly the same, so both are named.
+    assert "parameters that are held or shared are not as they are said" in str(found.doubts[0])
 
 
 def test_parameters_that_the_data_hardly_show_are_told(paper, taken):

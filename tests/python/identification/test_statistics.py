@@ -82,7 +82,8 @@ def test_one_spare_pose_is_not_said_to_scale_anything(paper, planned):
 def test_a_pose_of_a_leg_with_two_closures_counts_twice(poses, spare):
     """Of a 3-RPS five poses show the nine parameters of a leg, and eight leave three to spare."""
     bound = symkin.load_mechanism("3RPS")
-    plan = symkin.make_plan(bound, symkin.sample_workspace(bound, 3000, seed=1), 24, seed=1)
+    sample = symkin.sample_workspace(bound, 3000, seed=1)
+    plan = symkin.make_plan(bound, sample, 24, seed=1, visit="sets")
     measurements = symkin.simulate(bound, plan, 1).measurements
     found = symkin.identify(bound, measurements.subset(np.linspace(0, 71, poses).astype(int)))
     assert {fit.degrees_of_freedom for fit in found.goodness} == {2 * poses - 9}

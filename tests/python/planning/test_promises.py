@@ -108,7 +108,7 @@ def test_an_estimate_says_what_may_be_relied_on(paper):
     told = " ".join(found.page().paragraphs)
     assert "95\N{NO-BREAK SPACE}% of such robots are within" in told
     assert "anywhere in the workspace" in told
-    assert "of robots" in " ".join(found.text().split())
+    assert "95 % within" in found.text().replace("\N{NO-BREAK SPACE}", " ")
 
 
 def test_a_share_may_be_typed_in_percent():

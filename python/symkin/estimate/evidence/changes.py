@@ -142,7 +142,7 @@ def change_tests(found: Found, apart: Sequence[int] = ()) -> tuple[ChangeTest, .
         return ()
     if rows is None or rows.spare < 1:
         return ()
-    terms = list(_terms(found, rows))
+    terms = [each for each in _terms(found, rows) if each.left.any()]
     if not terms:
         return ()
     square = float(np.square(rows.residual).sum())

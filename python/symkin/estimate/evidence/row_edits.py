@@ -187,7 +187,8 @@ def _matched(robot: Mechanism, measured: Measurements) -> Measurements | None:
     away = measured.readings[None] - roots[:, None]  # (poses, readings, legs)
     for leg in range(away.shape[2]):
         away[..., leg] = shortest(away[..., leg], turn_of(robot, leg))
-    spread = np.nanstd(measured.readings, axis=0)
+    read = np.isfinite(measured.readings)
+    spread = np.std(np.where(read, measured.readings, 0.0), axis=0, where=read | ~read.any(axis=0))
     costs = np.nansum((away / np.where(spread > 0, spread, 1.0)) ** 2, axis=2)
     costs[~np.isfinite(roots).any(axis=1)] = _BEYOND
     order = assigned(costs)
