@@ -15,6 +15,8 @@ void bind_distributions(py::module_& module) {
              py::arg("degrees_of_freedom"));
   module.def("f_tail", &symkin::f_tail, py::arg("value"), py::arg("numerator"),
              py::arg("denominator"));
+  module.def("noncentral_chi_square", &symkin::noncentral_chi_square, py::arg("value"),
+             py::arg("degrees_of_freedom"), py::arg("noncentrality"));
   module.def("student_limit", &symkin::student_limit, py::arg("probability"), py::arg("degrees"));
 }
 

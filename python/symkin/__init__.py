@@ -33,6 +33,7 @@ except ModuleNotFoundError as error:
     ) from error
 
 if TYPE_CHECKING:
+    from symkin.acceptance import accept, compare
     from symkin.analysis.alignment import align_frames
     from symkin.analysis.checks import check_mechanism
     from symkin.analysis.evaluation import evaluate
@@ -67,10 +68,12 @@ __all__ = [
     "Plan",
     "Robot",
     "SymkinError",
+    "accept",
     "align_frames",
     "chain_info",
     "chains",
     "check_mechanism",
+    "compare",
     "compare_symmetry",
     "cross_validate",
     "detect_symmetry",
@@ -104,6 +107,7 @@ __all__ = [
 
 # Resolved when they are first used, so that nobody waits for what he does not use.
 _MODULES = {
+    "acceptance": ("accept", "compare"),
     "analysis.alignment": ("align_frames",),
     "analysis.checks": ("check_mechanism",),
     "analysis.evaluation": ("evaluate",),
@@ -133,8 +137,9 @@ _MODULES = {
 }
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}
 _ROOMS = (
-    "analysis", "data", "errors", "estimate", "exports", "files", "model", "pipeline", "planning",
-    "plot", "present", "results", "robot", "show", "storage", "study", "values",
+    "acceptance", "analysis", "data", "errors", "estimate", "exports", "files", "model",
+    "pipeline", "planning", "plot", "present", "results", "robot", "show", "storage", "study",
+    "values",
 )  # fmt: skip
 
 

@@ -185,6 +185,8 @@ class Page:
         Names of the files that are written beside the page, which links to them.
     inputs : sequence of (name, Path or bytes)
         What it was made from; the page's foot has their SHA-256.
+    one_page : bool
+        Whether it is set small on paper, to be one sheet.
     """
 
     title: str
@@ -201,6 +203,7 @@ class Page:
     sections: Sequence[Section] = ()
     files: Sequence[str] = ()
     inputs: Sequence[tuple[str, Path | bytes]] = ()
+    one_page: bool = False
 
     def __str__(self) -> str:
         """Return title, verdict and the few numbers that matter, a line each."""

@@ -40,10 +40,16 @@ def given(tmp_path_factory) -> dict[str, Any]:
 
 
 CALLS: dict[str, Callable[[dict[str, Any]], dict[str, Any]]] = {
+    "accept": lambda of: {
+        "calibrated": of["mechanism"], "measurements": of["measurements"], "tolerance": 1.0,
+    },
     "align_frames": lambda of: {"measured": of["sample"][:9], "robot": of["sample"][:9] + 0.01},
     "chain_info": lambda _: {"chain": "[R]RR"},
     "chains": lambda _: {},
     "check_mechanism": lambda of: {"mechanism": of["mechanism"]},
+    "compare": lambda of: {
+        "first": of["folder"] / "results.json", "second": of["folder"] / "results.json",
+    },
     "compare_symmetry": lambda of: {"mechanism": of["mechanism"]},
     "cross_validate": lambda of: {**both(of), "folds": 2},
     "detect_symmetry": lambda of: {"mechanism": of["mechanism"]},

@@ -39,6 +39,7 @@ PAGES = (
     "user-guide/trusting.md",
     "user-guide/findings.md",
     "user-guide/evaluating.md",
+    "user-guide/accepting.md",
     "user-guide/exporting.md",
     "user-guide/studies.md",
     "reproducing.md",
@@ -209,11 +210,11 @@ UNDOCUMENTED = (
     "values",
 )  # fmt: skip
 PUBLIC = (
-    "analysis.alignment", "analysis.checks", "analysis.conditions", "analysis.evaluation",
-    "analysis.observability", "analysis.observed", "analysis.workspace", "data.measurements",
-    "errors", "estimate", "exports", "model.kinematics", "model.mechanism", "model.poses",
-    "model.settings", "model.symmetry", "pipeline", "planning", "planning.simulation", "plot",
-    "robot", "study",
+    "acceptance", "analysis.alignment", "analysis.checks", "analysis.conditions",
+    "analysis.evaluation", "analysis.observability", "analysis.observed", "analysis.workspace",
+    "data.measurements", "errors", "estimate", "exports", "model.kinematics",
+    "model.mechanism", "model.poses", "model.settings", "model.symmetry", "pipeline", "planning",
+    "planning.simulation", "plot", "robot", "study",
 )  # fmt: skip
 
 

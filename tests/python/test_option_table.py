@@ -39,7 +39,7 @@ HOMONYMS = {
     ("select_poses", "spares"): "poses that may be lost",
     ("identify_robots", "robots"): "the robots themselves",
 }
-ARGUMENTS = {("kinematics", "table"), ("align", "table")}
+ARGUMENTS = {("kinematics", "table"), ("align", "table"), ("accept", "table")}
 # Defaults that a function has for itself, and why.
 OWN_DEFAULTS = {
     ("cross_validate", "seed"): "of a function that has no mechanism's protocol to ask",
@@ -57,6 +57,7 @@ COMMAND_LINE_ALONE = {
     "base", "target", "points", "anchors", "plane",  # of an Observed
     "orientations", "forward", "to", "endstops", "nominal", "chain", "legs",
     "device", "robot", "angles", "convention",
+    "calibrated", "tolerance", "uncertainty", "about", "first", "second",
 }  # fmt: skip
 
 

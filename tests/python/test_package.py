@@ -57,7 +57,7 @@ def test_importing_the_package_imports_hardly_anything_of_it() -> None:
 
 
 def test_the_top_of_the_package_is_small_and_completed() -> None:
-    assert len(symkin.__all__) <= 39
+    assert len(symkin.__all__) <= 41
     assert symkin.__all__ == sorted(symkin.__all__)
     assert {*symkin.__all__, "plot", "model", "__version__"} <= set(dir(symkin))
     for name in symkin.__all__:

@@ -19,4 +19,8 @@ double f_tail(double value, Index numerator, Index denominator);
 double normal_tails(double value);                             // both sides
 double student_tails(double value, Index degrees_of_freedom);  // both sides
 
+// Probability that the sum of n squared normals of deviation one falls short of a value, their
+// means being anything whose squares sum to the noncentrality.
+double noncentral_chi_square(double value, double degrees_of_freedom, double noncentrality);
+
 }  // namespace symkin

@@ -16,6 +16,7 @@ from typing import Annotated, Any
 
 import typer
 
+from symkin.cli.acceptance import accept, compare
 from symkin.cli.console import exit_code_of
 from symkin.cli.help import WHOLE_HELP, HelpedCommand
 from symkin.cli.identify import align, evaluate, identify, identify_batch
@@ -41,6 +42,8 @@ for name, function in {
     "simulate": simulate,
     "identify": identify,
     "evaluate": evaluate,
+    "accept": accept,
+    "compare": compare,
     "run": run,
     "kinematics": kinematics,
     "study": study,
@@ -67,9 +70,10 @@ def overview(
 
     list names the mechanisms that come with symkin, new prints a file for one of your own. The
     stages pass files to each other: check, pose-count, plan, simulate (or measure a real robot),
-    identify, evaluate; run is all of them on a simulated robot; study compares protocols on many;
-    kinematics is what a controller needs of the result, and export writes it for controllers and
-    simulators; import reads a printer's configuration; identify-batch identifies many robots of one
+    identify, evaluate, accept; run is all of them on a simulated robot; study compares protocols on
+    many; compare says what moved between two calibrations; kinematics is what a controller needs of
+    the result, and export writes it for controllers and simulators; import reads a printer's
+    configuration; identify-batch identifies many robots of one
     drawing. MECHANISM is a file, or the name of a mechanism that comes with symkin, such as
     3RRR.
 

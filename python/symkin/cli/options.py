@@ -351,25 +351,27 @@ def angles_of(text: str, option: str) -> list[float]:
     return values
 
 
-def accuracies_of(texts: Sequence[str] | None) -> tuple[float | None, float | None]:
-    """Read the errors that are wanted: of the position, m, and of the orientation, rad."""
+def accuracies_of(
+    texts: Sequence[str] | None, flag: str = "--accuracy"
+) -> tuple[float | None, float | None]:
+    """Read the errors that an option names: of the position, m, and of the orientation, rad."""
     wanted: dict[str, float] = {}
     for text in texts or ():
-        unit = _unit_of(text)
+        unit = _unit_of(text, flag)
         if unit in wanted:
             kind = "position" if unit == "m" else "orientation"
             raise typer.BadParameter(
-                f'"{text}" is a second error of the {kind}; expected one', param_hint="--accuracy"
+                f'"{text}" is a second error of the {kind}; expected one', param_hint=flag
             )
-        wanted[unit] = quantity_of(text, unit, "--accuracy")
+        wanted[unit] = quantity_of(text, unit, flag)
         if wanted[unit] <= 0:
             raise typer.BadParameter(
-                f'"{text}" is not positive; expected an error', param_hint="--accuracy"
+                f'"{text}" is not positive; expected an error', param_hint=flag
             )
     return wanted.get("m"), wanted.get("rad")
 
 
-def _unit_of(text: str) -> str:
+def _unit_of(text: str, flag: str) -> str:
     """The SI unit, m or rad, of a text that must have one: 0.05 alone could be mm or m."""
     name = text.strip().lstrip("+-.0123456789eE").strip()
     for unit in ("m", "rad") if name else ():
@@ -380,7 +382,7 @@ def _unit_of(text: str) -> str:
         return unit
     raise typer.BadParameter(
         f'"{text}" is no length or angle with a unit; expected such as 0.05mm, 50um or 0.1mrad',
-        param_hint="--accuracy",
+        param_hint=flag,
     )
 
 

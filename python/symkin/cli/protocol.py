@@ -278,6 +278,10 @@ def simulate(
     mechanism: MechanismArgument,
     plan: Annotated[Path, option("FILE", "A plan of `symkin plan`.")],
     out: Annotated[Path, folder_of("measurements.csv and actual.toml, the robot")],
+    actual: Annotated[
+        str | None,
+        option("FILE", "The robot as made, such as actual.toml of another simulation."),
+    ] = None,
     seen: Observing,
     changes: Annotated[list[str] | None, of("changes")] = None,
     missing: Annotated[float, of("missing")] = 0.0,
@@ -288,21 +292,23 @@ def simulate(
 ) -> None:
     """Simulate the measurements of a plan.
 
-    A robot is made that differs from the mechanism within its tolerances, takes the poses of the
-    plan, and is measured with its noise. Poses that it cannot take are replaced by spares. Frames
-    and points may have units: '1 m, 20 cm, 170 deg'. With --changes something changes meanwhile,
-    which `symkin identify` finds.
+    A robot is made that differs from the mechanism within its tolerances, or is the one that
+    --actual gives. It takes the poses of the plan and is measured with its noise. Poses that it
+    cannot take are replaced by spares. Frames and points may have units: '1 m, 20 cm, 170 deg'.
+    With --changes something changes meanwhile, which `symkin identify` finds.
     """
     with progress() as stage:
         stage("reading the mechanism and the plan")
         loaded = symkin.load_mechanism(mechanism)
         commanded = symkin.read_plan(plan, loaded)
         observe = seen.observed(loaded, missing, spread)
-        with OutputFiles([*loaded.files, plan], overwrite) as outputs:
+        robot = symkin.load_mechanism(actual) if actual is not None else None
+        inputs = [*loaded.files, *(robot.files if robot else ()), plan]
+        with OutputFiles(inputs, overwrite) as outputs:
             folder = outputs.folder(out, *Simulation.FILES)
             stage("simulating measurements")
             simulation = symkin.simulate(
-                loaded, commanded, seed, observe=observe, changes=changes_of(changes)
+                loaded, commanded, seed, robot, observe=observe, changes=changes_of(changes)
             )
             simulation.write(folder)
     print_result(simulation, Telling(as_json=as_json), out, Simulation.FILES)

@@ -44,8 +44,10 @@ __all__ = [
     "PlannedUnknown",
     "Survey",
     "Unknowns",
+    "adjoint",
     "form_of",
     "placed",
+    "without_motions",
 ]
 
 Array = NDArray[np.float64]
@@ -436,18 +438,18 @@ class Survey(Value):
         turned = base.rotation @ platform.rotation
         frames_alone = np.concatenate(
             [
-                _adjoint(np.broadcast_to(np.eye(3), turned.shape), seen),
-                _adjoint(turned, np.zeros_like(seen)),
+                adjoint(np.broadcast_to(np.eye(3), turned.shape), seen),
+                adjoint(turned, np.zeros_like(seen)),
             ],
             axis=2,
         )
-        of_legs = _adjoint(np.broadcast_to(base.rotation, turned.shape), arm) @ moves
+        of_legs = adjoint(np.broadcast_to(base.rotation, turned.shape), arm) @ moves
         effects = np.concatenate([of_legs, frames_alone], axis=2)
         if space == "point":
             effects[:, 3:] = 0
             frames_alone[:, 3:] = 0
         if self.floating:
-            effects = _without(effects, frames_alone, mechanism.characteristic_length)
+            effects = without_motions(effects, frames_alone, mechanism.characteristic_length)
         onto = self.layout.by_columns[: effects.shape[2]]
         moved = [effects @ onto]
         for each in self.assumed:
@@ -459,7 +461,7 @@ class Survey(Value):
         return np.concatenate(moved, axis=2), good
 
 
-def _without(effects: Array, motions: Array, length: float) -> Array:
+def without_motions(effects: Array, motions: Array, length: float) -> Array:
     """Tangents less what constant motions make of them at best; a rotation counts at `length`."""
     scale = np.repeat([1.0, length], 3)[:, None]
     flat = (scale * effects).reshape(-1, effects.shape[2])
@@ -472,7 +474,7 @@ def _without(effects: Array, motions: Array, length: float) -> Array:
     return np.asarray((flat - basis @ (basis.T @ flat)).reshape(effects.shape) / scale)
 
 
-def _adjoint(rotations: Array, arms: Array) -> Array:
+def adjoint(rotations: Array, arms: Array) -> Array:
     """Tangents of points at the ends of arms, turned, by those of where the arms begin."""
     made = np.zeros((len(arms), 6, 6))
     made[:, :3, :3] = made[:, 3:, 3:] = rotations

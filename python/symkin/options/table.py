@@ -14,6 +14,7 @@ from symkin.options.words import (
     Format,
     Frame,
     Gauge,
+    Judge,
     Loss,
     LossPer,
     Moving,
@@ -162,6 +163,9 @@ _ALL = (
     Option("max_iterations", int, default=100, metavar="N", least=1, most=10**9, seldom=_FITTING,
            help="Steps after which a solver gives up."),
     # Of single commands
+    Option("judge", Judge, default="rms",
+           help="What must be within the tolerance: the root mean square over the poses, or the "
+                "largest error, the accuracy at every pose."),
     Option("tolerances", Literal["estimate"],
            help="Estimate what the workshop really makes: by which factors the robots deviate from "
                 "the drawing, over its tolerances, by kind and by name."),

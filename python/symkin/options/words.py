@@ -12,6 +12,7 @@ __all__ = [
     "Format",
     "Frame",
     "Gauge",
+    "Judge",
     "Loss",
     "LossPer",
     "Moving",
@@ -30,6 +31,7 @@ Estimator = Literal["paper", "inverse", "implicit", "joint"]
 Format = Literal["csv", "parquet"]
 Frame = Literal["base", "target", "points", "anchors", "plane"]
 Gauge = Literal["prior", "nominal", "datum"]
+Judge = Literal["rms", "largest"]
 Loss = Literal["none", "robust", "huber", "cauchy", "tukey"]
 LossPer = Literal["pose", "reading"]
 Moving = Literal["leg", "frame"]

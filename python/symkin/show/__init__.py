@@ -10,6 +10,7 @@ from collections.abc import Callable
 from typing import Any
 
 from symkin import present
+from symkin.acceptance import Acceptance, Comparison
 from symkin.analysis.alignment import Alignment
 from symkin.analysis.checks import CheckResult
 from symkin.analysis.conditions import Conditions
@@ -30,6 +31,7 @@ from symkin.pipeline import ProtocolResult
 from symkin.planning.plan import Plan
 from symkin.planning.prediction import NeededPoses, PoseCountCurve
 from symkin.planning.simulation import Simulation
+from symkin.show.acceptance import acceptance_page, comparison_of_calibrations_page
 from symkin.show.check import (
     check_page,
     check_summary,
@@ -51,8 +53,10 @@ from symkin.study.cost import CostResult
 from symkin.study.result import StudyResult
 
 PAGES: dict[type, Callable[[Any], present.Page]] = {
+    Acceptance: acceptance_page,
     Alignment: alignment_page,
     CheckResult: check_page,
+    Comparison: comparison_of_calibrations_page,
     Conditions: conditions_page,
     CostResult: cost_page,
     CrossValidation: cross_validation_page,

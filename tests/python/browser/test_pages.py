@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Pages as a person sees and moves them: in a wide and a narrow window, in light and dark."""
 
+import base64
 import itertools
 import json
 import re
@@ -363,3 +364,19 @@ for (const element of document.querySelectorAll(`${words}, .plot text`)) {
 return JSON.stringify(found);
 """
 )
+
+
+def test_a_certificate_is_one_sheet_of_paper(browser, tmp_path):
+    """Of the largest: six coordinates, both tolerances, notes and doubts."""
+    robot = symkin.load("hexapod_jugglebot")
+    poses = symkin.sample_workspace(robot, 30, 5).poses
+    readings = robot.inverse_kinematics(poses)
+    table = symkin.Measurements.of(
+        poses, readings, reading_unit=robot.reading_unit, pose_space=robot.pose_space
+    )
+    found = symkin.accept(robot, table, 1e-4, 1e-4, judge="largest")
+    assert found.verdict == "undecided"
+    browser.open(found.report(tmp_path / "certificate.html"))
+    browser.call("Emulation.setEmulatedMedia", media="print")
+    printed = browser.call("Page.printToPDF", preferCSSPageSize=True)["data"]
+    assert len(re.findall(rb"/Type\s*/Page\b", base64.b64decode(printed))) == 1

@@ -1,0 +1,322 @@
+# SPDX-License-Identifier: MIT
+"""Acceptance of a calibrated robot by measurements that its calibration has not seen."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin.acceptance.certificate import ABOUT, Acceptance, Judged, Kind, TestedPose
+from symkin.acceptance.limits import (
+    CONTRADICTED,
+    RISK,
+    RmsLimits,
+    Verdict,
+    decide,
+    limits_of_rms,
+    poses_for_share,
+)
+from symkin.acceptance.repeatability import pose_accuracy, visits_of
+from symkin.acceptance.tested import Tested
+from symkin.data.measurements import Measurements
+from symkin.data.reading import Measured, as_measurements
+from symkin.errors import SymkinError, did_you_mean
+from symkin.estimate.estimate import Estimate
+from symkin.estimate.estimate_file import loaded
+from symkin.model.given import MechanismGiven, as_mechanism
+from symkin.model.mechanism import Mechanism
+from symkin.options import Frame, Judge, checks
+
+__all__ = ["accept"]
+
+Array = NDArray[np.float64]
+_RESULTS = "results.json"
+_SHARE = 0.95
+
+
+@checks()
+def accept(
+    calibrated: Estimate | MechanismGiven,
+    measurements: Measured,
+    tolerance: float | None = None,
+    orientation_tolerance: float | None = None,
+    *,
+    judge: Judge = "rms",
+    uncertainty: float | None = None,
+    orientation_uncertainty: float | None = None,
+    frames: Sequence[Frame] | None = None,
+    about: Mapping[str, str] | None = None,
+) -> Acceptance:
+    """Decide whether a calibrated robot keeps a tolerance, by measurements it has not seen.
+
+    The commanded pose is the model's at the readings: the controller is to have this model. An
+    error is the measured pose less that one. Rows whose commanded poses are nearer than the
+    tolerance are visits of one pose.
+
+    Parameters
+    ----------
+    calibrated : Estimate, Mechanism, path or name
+        What `identify` found or the folder that it was written to, with which the rows are proved
+        to be held out; or a mechanism.
+    measurements : Measurements, Simulation, or what `read_measurements` reads
+        Poses in full or in part, with readings of all legs.
+    tolerance, orientation_tolerance : float, optional
+        What the error must not exceed, m and rad; one of them at least.
+    judge : {"rms", "largest"}
+        What that is: the root mean square over the poses, or the accuracy at every one of them.
+    uncertainty, orientation_uncertainty : float, optional
+        Standard uncertainty of each coordinate that the device measures, m and rad; by default
+        what the table or the noise settings say, with that of the readings.
+    frames : sequence of str, optional
+        ``["base"]`` if the device was set up anew since the calibration: its frame is fitted to
+        this table, and costs as many coordinates.
+    about : mapping, optional
+        What else the certificate states: serial numbers, device, person, ...; see `ABOUT`.
+
+    Returns
+    -------
+    Acceptance
+
+    Raises
+    ------
+    SymkinError
+        If nothing can be tested, or rows are those of the calibration.
+    """
+    wanted: dict[Kind, float | None] = {
+        "position": tolerance,
+        "orientation": orientation_tolerance,
+    }
+    found, model, paths = _calibrated(calibrated)
+    _check_asked(model, wanted, frames, about)
+    table = as_measurements(measurements, model)
+    held_out = _held_out(found, table)
+    noise = found.noise if found is not None else model.noise
+    moved, fitted = tuple(frames or ()), 0
+    tested = Tested(model, table, noise)
+    if moved:
+        tested, fitted = tested.with_own_base()
+    given = {"position": uncertainty, "orientation": orientation_uncertainty}
+    before = _before(found, tested)
+    length = model.characteristic_length
+    apart = tolerance if tolerance is not None else length * (orientation_tolerance or 0.0)
+    visits = visits_of(tested.distances(length), apart)
+    judged: list[Judged] = []
+    limits: dict[str, list[RmsLimits | None]] = {}
+    for kind, limit in wanted.items():
+        if limit is None:
+            continue
+        own = given[kind] or tested.uncertainty(kind)
+        _require_uncertainty(kind, own)
+        of_frame = fitted if kind == "position" else 0
+        over_all = limits_of_rms(tested.errors_of(kind), own, limit, fitted=of_frame)
+        limits[kind] = [_of_pose(tested.part(kind)[rows], own, limit) for rows in visits]
+        judged.append(_judged(kind, over_all, limits[kind], before[kind], judge, tested.failed))
+    poses = tuple(
+        TestedPose(
+            tuple(tested.numbers[rows].tolist()),
+            pose_accuracy(tested.errors[rows], model.space.size),
+            *(limits[kind][index] if kind in limits else None for kind in wanted),
+        )
+        for index, rows in enumerate(visits)
+    )
+    return Acceptance(
+        name=model.name,
+        judge=judge,
+        judged=tuple(judged),
+        verdict=_worst([each.verdict for each in judged]),
+        poses=poses,
+        held_out=held_out,
+        pose_space=model.pose_space,
+        failed=tested.failed,
+        unread=tested.unread,
+        unmeasured=tested.unmeasured,
+        fitted=moved,
+        tested=_range(tested.coordinates),
+        workspace=_box(model),
+        about=dict(about or {}),
+        digests=_digests([*paths, table.source]),
+        notes=(*table.notes, *_beyond(judge, judged, len(poses))),
+    )
+
+
+def _calibrated(given: Any) -> tuple[Estimate | None, Mechanism, list[Path]]:
+    """An estimate if there is one: of a folder, a results file, or beside the mechanism's file."""
+    if isinstance(given, Estimate):
+        return given, given.mechanism, []
+    if not isinstance(given, str | os.PathLike):
+        return None, as_mechanism(given, "calibrated"), []
+    path = Path(given)
+    if path.is_dir() or path.suffix == ".json":
+        results = path / _RESULTS if path.is_dir() else path
+        found: Estimate = loaded(Estimate, Mechanism, results)
+        return found, found.mechanism, [results]
+    model, beside = as_mechanism(given, "calibrated"), path.parent / _RESULTS
+    paths = [*model.files]
+    if path.suffix == ".toml" and beside.is_file():
+        try:
+            found = loaded(Estimate, Mechanism, beside)
+        except SymkinError:  # of another command, or of another version
+            return None, model, paths
+        if np.allclose(found.mechanism.parameters, model.parameters, rtol=1e-9, atol=1e-12):
+            return found, model, [*paths, beside]
+    return None, model, paths
+
+
+def _check_asked(
+    model: Mechanism,
+    wanted: Mapping[Kind, float | None],
+    frames: Sequence[str] | None,
+    about: Mapping[str, str] | None,
+) -> None:
+    if all(each is None for each in wanted.values()):
+        raise SymkinError("a tolerance is missing; expected one of the position or orientation")
+    kinds = {kind for kind, _ in model.space.errors}
+    for kind, value in wanted.items():
+        if value is not None and kind not in kinds:
+            raise SymkinError(
+                f"a tolerance of the {kind} is given; the platform has {' and '.join(kinds)} alone"
+            )
+        if value is not None and not 0 < value < math.inf:
+            raise SymkinError(f"the tolerance is {value:g}; expected more than 0")
+    if frames is not None and [*frames] != ["base"]:
+        raise SymkinError(
+            f"frames are {', '.join(frames) or 'none'}; expected base, where the device was set "
+            "up anew, or nothing"
+        )
+    for name in about or {}:
+        if name not in ABOUT:
+            raise SymkinError(
+                f'about has "{name}"{did_you_mean(name, [*ABOUT])}; expected {", ".join(ABOUT)}'
+            )
+
+
+def _held_out(found: Estimate | None, table: Measurements) -> bool | None:
+    """Refuse rows of the calibration; None if they are not known."""
+    if found is None:
+        return None
+    known = set(_row_digests(found.measurements))
+    again = [
+        str(row)
+        for row, digest in zip(table.row_numbers, _row_digests(table), strict=True)
+        if digest in known
+    ]
+    if again:
+        shown = ", ".join(again[:5]) + (", ..." if len(again) > 5 else "")
+        raise SymkinError(
+            f"{len(again)} of {len(table.poses)} rows ({shown}) are of the calibration itself; "
+            "expected measurements that it has not seen"
+        )
+    return True
+
+
+def _row_digests(measured: Measurements) -> list[str]:
+    """Of each row's pose and readings, to nine digits, as other units round them."""
+    rows = np.hstack([measured.poses, measured.readings])
+    return [" ".join(f"{value:.9e}" for value in row) for row in rows]
+
+
+def _before(found: Estimate | None, tested: Tested) -> dict[str, float]:
+    if found is None:
+        return {"position": math.nan, "orientation": math.nan}
+    return tested.of_model(found.nominal)
+
+
+def _of_pose(errors: Array, uncertainty: float, tolerance: float) -> RmsLimits | None:
+    """What the mean error of the visits of a pose is within; None if it was not measured."""
+    known = errors[np.isfinite(errors).all(axis=1)]
+    if not len(known):
+        return None
+    scatter = known.var(axis=0, ddof=1).mean() if len(known) > 1 else 0.0
+    own = math.sqrt(scatter / len(known) + uncertainty**2)
+    return limits_of_rms(known.mean(axis=0, keepdims=True), own, tolerance)
+
+
+def _judged(
+    kind: Kind,
+    over_all: RmsLimits,
+    of_poses: Sequence[RmsLimits | None],
+    before: float,
+    judge: Judge,
+    failed: Sequence[int],
+) -> Judged:
+    known = [each for each in of_poses if each is not None]
+    verdict: Verdict = over_all.verdict
+    reason = ""
+    if judge == "largest":
+        verdict = _of_every_pose(known, over_all.tolerance)
+    if over_all.contradicted:
+        verdict = "undecided"
+        reason = (
+            "the errors are smaller than the device's declared uncertainty alone would make them "
+            f"in all but {100 * CONTRADICTED:g} % of tables: state the uncertainty that it has"
+        )
+    elif verdict == "undecided":
+        reason = "the tolerance lies between the limits: more poses, or a better device, decide"
+    if failed and verdict == "pass":
+        verdict = "undecided"
+        reason = f"the model cannot take {len(failed)} of the rows, so nothing is known of them"
+    largest = max(known, key=lambda each: each.observed)
+    by_band = decide(largest.observed, largest.uncertainty, largest.tolerance)
+    return Judged(kind, over_all, before, by_band, verdict, reason)
+
+
+def _of_every_pose(limits: Sequence[RmsLimits], tolerance: float) -> Verdict:
+    """A pass if every pose passes; a failure if one fails, of which there are many to do so."""
+    if all(each.upper <= tolerance for each in limits):
+        return "pass"
+    risk = RISK / len(limits)
+    again = (
+        limits_of_rms(np.array([[each.observed] + [0.0] * (each.degrees - 1)]), each.uncertainty,
+                      tolerance, risk=risk)
+        for each in limits
+        if each.lower >= tolerance
+    )  # fmt: skip
+    return "fail" if any(each.lower >= tolerance for each in again) else "undecided"
+
+
+def _worst(verdicts: Sequence[Verdict]) -> Verdict:
+    order: tuple[Verdict, ...] = ("fail", "undecided")
+    return next((each for each in order if each in verdicts), "pass")
+
+
+def _require_uncertainty(kind: Kind, value: float) -> None:
+    if not value > 0:
+        raise SymkinError(
+            f"the device's uncertainty of the {kind} is not known: expected it in [noise] of the "
+            "mechanism's file, or said here (--uncertainty)"
+        )
+
+
+def _box(model: Mechanism) -> Array:
+    """Least and largest coordinate of the workspace; none without one."""
+    box = model.workspace
+    return np.zeros((0, 2)) if box is None else np.column_stack([[*box.lower], [*box.upper]])
+
+
+def _range(coordinates: Array) -> Array:
+    return np.column_stack([coordinates.min(axis=0), coordinates.max(axis=0)])
+
+
+def _digests(paths: Sequence[Path | None]) -> tuple[tuple[str, str], ...]:
+    files = [path for path in paths if path is not None and path.is_file()]
+    return tuple((path.name, hashlib.sha256(path.read_bytes()).hexdigest()) for path in files)
+
+
+def _beyond(judge: Judge, judged: Sequence[Judged], poses: int) -> list[str]:
+    """What is said of poses that were not tested."""
+    if judge != "largest" or any(each.verdict != "pass" for each in judged):
+        return []
+    share = RISK ** (1 / poses)
+    words = (
+        f"If these {poses} poses were drawn at random, at least {100 * share:.3g} % of all poses "
+        "are within the tolerance, with 95 % confidence"
+    )
+    needed = poses_for_share(_SHARE, 1 - RISK)
+    return [words + (f"; for 95 % of them test {needed}." if poses < needed else ".")]

@@ -1,0 +1,229 @@
+# SPDX-License-Identifier: MIT
+"""Between what limits an error is that was measured with noise, and what that decides.
+
+Decision rule: guard band of ISO 14253-1; near zero, and of root mean squares, exact limits.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin import _core
+from symkin.errors import SymkinError
+from symkin.values import Value, field, record
+
+__all__ = [
+    "CONTRADICTED",
+    "RISK",
+    "Decision",
+    "RmsLimits",
+    "Verdict",
+    "decide",
+    "limits_of_rms",
+    "poses_for_share",
+]
+
+Array = NDArray[np.float64]
+Verdict = Literal["pass", "fail", "undecided"]
+
+RISK = 0.05  # of a verdict that is wrong, to either side
+CONTRADICTED = 0.001  # of tables whose noise is as declared have so small errors
+_DOUBLINGS, _HALVINGS = 200, 200
+_NO_GREATER = 1e-14  # than its limit, relative
+
+
+@record
+class Decision(Value):
+    """What an error well above its uncertainty decides, by the guard band of ISO 14253-1.
+
+    Attributes
+    ----------
+    value, uncertainty, tolerance : float
+        The error, its standard uncertainty and what it must not exceed, in one unit.
+    guard : float
+        The guard band.
+    conformance_probability : float
+        That the true error is within the tolerance.
+    verdict : {"pass", "fail", "undecided"}
+    """
+
+    value: float
+    uncertainty: float
+    tolerance: float
+    guard: float
+    conformance_probability: float
+    verdict: Verdict
+
+    @property
+    def acceptance_limit(self) -> float:
+        """Up to here it conforms."""
+        return self.tolerance - self.guard
+
+    @property
+    def rejection_limit(self) -> float:
+        """From here on it does not."""
+        return self.tolerance + self.guard
+
+
+def decide(value: float, uncertainty: float, tolerance: float, risk: float = RISK) -> Decision:
+    """Decide whether an error is within its tolerance, with a guard band to either side.
+
+    Parameters
+    ----------
+    value, uncertainty, tolerance : float
+        The error, its standard uncertainty and what it must not exceed, in one unit.
+    risk : float
+        Of a verdict that is wrong: the guard band is 1.645 uncertainties for 0.05.
+
+    Raises
+    ------
+    SymkinError
+        For a tolerance or an uncertainty that is none.
+    """
+    _require(uncertainty, tolerance)
+    guard = _core.student_limit(2 * risk, math.inf) * uncertainty
+    probability = 0.5 * math.erfc((value - tolerance) / (uncertainty * math.sqrt(2)))
+    verdict = _verdict(value + guard, value - guard, tolerance)
+    return Decision(value, uncertainty, tolerance, guard, probability, verdict)
+
+
+@record
+class RmsLimits(Value):
+    """The root mean square of errors in space or in the plane, and what it decides.
+
+    Attributes
+    ----------
+    observed : float
+        With the noise of the measurement.
+    corrected : float
+        With the noise taken off its square.
+    lower, upper : float
+        Limits of the true one, each with the risk.
+    uncertainty, tolerance : float
+        Standard deviation of each coordinate's noise, and what must not be exceeded.
+    rows, degrees : int
+        Errors, and their coordinates less those that a frame was fitted with.
+    contradicted : bool
+        Whether the errors are smaller than the declared noise alone would make them: no verdict.
+    verdict : {"pass", "fail", "undecided"}
+    """
+
+    observed: float
+    corrected: float
+    lower: float
+    upper: float
+    uncertainty: float
+    tolerance: float
+    rows: int
+    degrees: int
+    contradicted: bool = field(default=False)
+    verdict: Verdict = "undecided"
+
+
+def limits_of_rms(
+    errors: Array, uncertainty: float, tolerance: float, *, fitted: int = 0, risk: float = RISK
+) -> RmsLimits:
+    """Return exact limits of the root mean square of errors that normal noise was added to.
+
+    The sum of squares over the noise's variance is a noncentral chi-square, whose noncentrality
+    the true root mean square is. The upper limit is where so small a sum has `risk` times the
+    probability that it has without any error: it is never nothing, however small the sum.
+
+    Parameters
+    ----------
+    errors : ndarray, shape (M, d)
+        Of M poses, d coordinates of each.
+    uncertainty, tolerance : float
+        Standard deviation of the noise of each coordinate, and what must not be exceeded.
+    fitted : int
+        Coordinates of a frame that was fitted to these errors.
+    risk : float
+        Of a limit that is wrong, each.
+
+    Raises
+    ------
+    SymkinError
+        For a tolerance or an uncertainty that is none, or too few errors.
+    """
+    _require(uncertainty, tolerance)
+    rows, degrees = len(errors), errors.size - fitted
+    if degrees < 1:
+        raise SymkinError(
+            f"{rows} poses have {errors.size} coordinates; expected more than the {fitted} that a "
+            "frame is fitted with"
+        )
+    squares = float(np.sum(errors**2))
+    value = squares / uncertainty**2
+
+    def below(noncentrality: float) -> float:
+        return _core.noncentral_chi_square(value, degrees, noncentrality)
+
+    without = below(0.0)
+    contradicted = without < CONTRADICTED
+    upper, lower = math.nan, math.nan
+    if without > 0:
+        upper = _rms(_falls_to(below, risk * without, value), uncertainty, rows)
+        has_lower = without > 1 - risk
+        lower = _rms(_falls_to(below, 1 - risk, value), uncertainty, rows) if has_lower else 0.0
+    return RmsLimits(
+        observed=math.sqrt(squares / rows),
+        corrected=math.sqrt(max(squares - degrees * uncertainty**2, 0.0) / rows),
+        lower=lower,
+        upper=upper,
+        uncertainty=uncertainty,
+        tolerance=tolerance,
+        rows=rows,
+        degrees=degrees,
+        contradicted=contradicted,
+        verdict="undecided" if contradicted else _verdict(upper, lower, tolerance),
+    )
+
+
+def poses_for_share(share: float, confidence: float) -> int:
+    """Return how many random poses, all within a tolerance, say that a share of all poses is.
+
+    By Wilks: with this confidence, as n = ln(1 - confidence) / ln(share) and more do.
+    """
+    if not (0 < share < 1 and 0 < confidence < 1):
+        raise SymkinError(
+            f"the share is {share:g} and the confidence {confidence:g}; expected both between 0 "
+            "and 1"
+        )
+    return math.ceil(math.log1p(-confidence) / math.log(share))
+
+
+def _require(uncertainty: float, tolerance: float) -> None:
+    for name, value in (("uncertainty", uncertainty), ("tolerance", tolerance)):
+        if not 0 < value < math.inf:
+            raise SymkinError(f"the {name} is {value:g}; expected more than 0")
+
+
+def _verdict(upper: float, lower: float, tolerance: float) -> Verdict:
+    if upper <= tolerance:
+        return "pass"
+    return "fail" if lower >= tolerance else "undecided"
+
+
+def _rms(noncentrality: float, uncertainty: float, rows: int) -> float:
+    return uncertainty * math.sqrt(noncentrality / rows)
+
+
+def _falls_to(function: Callable[[float], float], level: float, start: float) -> float:
+    """Where a falling function is at a level that it is above of at zero."""
+    high = max(start, 1.0)
+    for _ in range(_DOUBLINGS):
+        if function(high) <= level:
+            break
+        high *= 2
+    low = 0.0
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        if high - low <= _NO_GREATER * high:
+            break
+        low, high = (middle, high) if function(middle) > level else (low, middle)
+    return 0.5 * (low + high)

@@ -1,0 +1,156 @@
+# SPDX-License-Identifier: MIT
+"""Robots that keep their tolerance pass, others fail, and no verdict is said where none can be."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import symkin
+from symkin.acceptance.accepting import accept
+from symkin.data.measurements import Measurements
+from symkin.errors import SymkinError
+from symkin.model.settings import NoiseSettings
+from symkin.planning.simulation import disturb
+
+
+@pytest.fixture(scope="module")
+def robot():
+    return symkin.load("3RRR")
+
+
+@pytest.fixture(scope="module")
+def poses(robot):
+    return symkin.sample_workspace(robot, 30, 5).poses
+
+
+def measured(robot, poses, noise=1e-5, seed=1, moved=0.0):
+    """Poses of a robot that is exactly as its model says, but for what all are moved by."""
+    random = np.random.default_rng(seed)
+    seen = poses + noise * random.normal(size=poses.shape) + moved
+    readings = robot.inverse_kinematics(poses)
+    return Measurements.of(seen, readings, reading_unit="rad", pose_space="planar")
+
+
+def declared(robot, noise=1e-5):
+    return robot.replace(noise=NoiseSettings(noise, noise, 0.0))
+
+
+@pytest.mark.parametrize(
+    ("moved", "verdict"), [(0.0, "pass"), (2e-5, "pass"), (4e-5, "undecided"), (6e-5, "fail")]
+)
+def test_the_verdict_is_that_of_the_error(robot, poses, moved, verdict):
+    table = measured(robot, poses, moved=np.array([0.8, 0.6, 0.0]) * moved)
+    found = accept(declared(robot), table, 4e-5, judge="rms")
+    assert found.verdict == verdict
+    (position,) = found.judged
+    assert position.limits.lower <= moved <= position.limits.upper
+    assert found.held_out is None
+
+
+def test_one_bad_pose_fails_where_every_pose_is_judged(robot, poses):
+    moved = np.zeros_like(poses)
+    moved[7, 0] = 2e-4
+    table = measured(robot, poses, moved=moved)
+    assert accept(declared(robot), table, 1e-4).verdict == "pass"
+    found = accept(declared(robot), table, 1e-4, judge="largest")
+    assert found.verdict == "fail"
+    assert found.judged[0].largest.value == pytest.approx(2e-4, abs=5e-5)
+    sound = accept(declared(robot), measured(robot, poses), 1e-4, judge="largest")
+    assert sound.verdict == "pass"
+    assert "at least 90.5 % of all poses" in sound.notes[-1]
+
+
+def test_a_table_that_contradicts_its_noise_has_no_verdict(robot, poses):
+    found = accept(declared(robot, 1e-4), measured(robot, poses, 1e-5), 1e-3)
+    assert found.verdict == "undecided"
+    assert found.judged[0].limits.contradicted
+    assert "state the uncertainty that it has" in found.judged[0].reason
+
+
+def test_repeated_visits_have_a_repeatability(robot, poses):
+    visits = np.repeat(poses[:5], 6, axis=0)
+    found = accept(declared(robot), measured(robot, visits, 1e-5), 1e-4)
+    assert [each.accuracy.visits for each in found.poses] == [6] * 5
+    mean = np.mean([each.accuracy.position_repeatability for each in found.poses])
+    assert mean == pytest.approx(3.1e-5, rel=0.25)
+
+
+def test_the_uncertainty_has_the_noise_of_readings(robot, poses):
+    read = robot.replace(noise=NoiseSettings(1e-5, 1e-5, 1e-4))
+    random = np.random.default_rng(3)
+    exact = measured(robot, poses, 1e-5)
+    noisy = dataclasses.replace(
+        exact, readings=exact.readings + 1e-4 * random.normal(size=exact.readings.shape)
+    )
+    found = accept(read, noisy, 1e-3).judged[0].limits
+    assert found.uncertainty > 3e-5
+    assert found.observed == pytest.approx(np.sqrt(2) * found.uncertainty, rel=0.3)
+
+
+@pytest.mark.parametrize("name", ["3RRR", "hexapod_jugglebot", "linear_delta"])
+def test_a_device_that_was_set_up_anew_has_its_frame_fitted(name):
+    robot = symkin.load(name)
+    poses = symkin.sample_workspace(robot, 30, 5).poses
+    random = np.random.default_rng(4)
+    angle = 0.3
+    turn = np.array(
+        [[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]]
+    )
+    size = robot.space.size
+    seen = np.full_like(poses, np.nan)  # positions alone
+    seen[:, :size] = poses[:, :size] @ turn[:size, :size].T + 0.2
+    seen[:, :size] += 1e-5 * random.normal(size=(30, size))
+    table = Measurements.of(
+        seen,
+        robot.inverse_kinematics(poses),
+        reading_unit=robot.reading_unit,
+        pose_space=robot.pose_space,
+    )
+    known = declared(robot)
+    assert accept(known, table, 1e-4).verdict == "fail"
+    found = accept(known, table, 1e-4, frames=["base"])
+    assert found.verdict == "pass"
+    fitted = 3 if size == 2 else 6
+    assert found.judged[0].limits.degrees == 30 * size - fitted
+    assert found.judged[0].limits.observed == pytest.approx(np.sqrt(size) * 1e-5, rel=0.3)
+
+
+def test_orientations_are_judged_too(robot, poses):
+    table = measured(robot, poses, moved=np.array([0.0, 0.0, 1e-3]))
+    found = accept(declared(robot), table, 1e-4, 5e-4)
+    assert [each.verdict for each in found.judged] == ["pass", "fail"]
+    assert found.verdict == "fail"
+
+
+def test_rows_that_cannot_be_taken_keep_a_robot_from_passing(robot, poses):
+    table = measured(robot, poses)
+    readings = table.readings.copy()
+    readings[3] = [0.0, 3.0, -3.0]
+    found = accept(declared(robot), dataclasses.replace(table, readings=readings), 1e-4)
+    assert found.failed == (table.row_numbers[3],)
+    assert found.verdict == "undecided"
+
+
+@pytest.fixture(scope="module")
+def calibrated(robot, tmp_path_factory):
+    """A calibration in a folder, and further measurements of the same robot."""
+    folder = tmp_path_factory.mktemp("calibrated")
+    plan = robot.plan(12, candidates=400, seed=1)
+    actual = disturb(robot, seed=3)
+    first = robot.simulate(plan, 3, actual)
+    robot.identify(first).write(folder / "out", report=False)
+    later = robot.simulate(plan, 4, actual)
+    later.measurements.save(folder / "later.csv", robot)
+    first.measurements.save(folder / "first.csv", robot)
+    return folder
+
+
+def test_the_rows_of_the_calibration_itself_are_refused(calibrated):
+    found = accept(calibrated / "out", calibrated / "later.csv", 2e-4)
+    assert found.held_out is True
+    assert found.verdict == "pass"
+    assert found.judged[0].before > 1e-3
+    assert accept(calibrated / "out" / "calibrated.toml", calibrated / "later.csv", 2e-4).held_out
+    with pytest.raises(SymkinError, match=r"36 of 36 rows .* are of the calibration itself"):
+        accept(calibrated / "out", calibrated / "first.csv", 2e-4)
