@@ -24,7 +24,7 @@ from symkin.options import checks
 from symkin.results import Result
 from symkin.values import Value, field, record
 
-__all__ = ["Comparison", "MovedParameter", "compare", "covariance_of_difference", "statistic_of"]
+__all__ = ["Comparison", "MovedParameter", "compare"]
 
 Array = NDArray[np.float64]
 _RANK = 1e-9  # of the largest eigenvalue, of unknowns in their deviations

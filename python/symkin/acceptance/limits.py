@@ -151,6 +151,9 @@ def limits_of_rms(
         For a tolerance or an uncertainty that is none, or too few errors.
     """
     _require(uncertainty, tolerance)
+    errors = np.asarray(errors, dtype=float)
+    if errors.ndim != 2 or not np.isfinite(errors).all():
+        raise SymkinError("errors are not one finite row of coordinates for each pose")
     rows, degrees = len(errors), errors.size - fitted
     if degrees < 1:
         raise SymkinError(

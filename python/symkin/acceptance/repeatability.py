@@ -95,7 +95,15 @@ def visits_of(commanded: Array, apart: float) -> list[NDArray[np.intp]]:
         Commanded poses, of which distances mean something.
     apart : float
         In the same unit.
+
+    Raises
+    ------
+    SymkinError
+        For poses that are not finite, or a distance that is not positive.
     """
+    commanded = np.asarray(commanded, dtype=float)
+    if commanded.ndim != 2 or not np.isfinite(commanded).all() or not apart > 0:
+        raise SymkinError("expected finite commanded poses, one a row, and a positive distance")
     left, found = np.arange(len(commanded)), []
     while len(left):
         near = np.linalg.norm(commanded[left] - commanded[left[0]], axis=1) < apart

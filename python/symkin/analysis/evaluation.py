@@ -39,7 +39,6 @@ __all__ = [
     "AlignedErrors",
     "Evaluation",
     "SampledPromise",
-    "at_arm",
     "closures_of",
     "evaluate",
     "pose_differences",

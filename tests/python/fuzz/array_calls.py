@@ -14,8 +14,7 @@ import numpy as np
 import symkin
 import symkin.exports
 import symkin.model.file_frames
-from symkin import _core
-from symkin.analysis.evaluation import at_arm
+from symkin import _core, acceptance
 from symkin.analysis.observability import error_weight, expected_accuracy, mechanism_rows
 from symkin.errors import NotIdentifiableError
 from symkin.model.declared import declared_chain
@@ -507,11 +506,18 @@ def _of_package(mechanism: symkin.Mechanism, poses: np.ndarray) -> Iterator[Call
         {"poses": poses, "covariance": np.eye(legs * p)},
         lambda poses, covariance: expected_accuracy(mechanism, poses, covariance),
     )
-    dof = mechanism.space.dof
     yield Call(
-        "at_arm",
-        {"differences": np.zeros((len(poses), dof)), "poses": poses, "arm": np.ones(3)},
-        lambda **given: at_arm(**given, space=mechanism.space),
+        "limits_of_rms",
+        {"errors": 1e-4 * poses},
+        lambda errors: acceptance.limits_of_rms(errors, 1e-4, 1e-3),
+    )
+    yield Call(
+        "pose_accuracy",
+        {"errors": 1e-4 * poses},
+        lambda errors: acceptance.pose_accuracy(errors, 2),
+    )
+    yield Call(
+        "visits_of", {"commanded": poses}, lambda commanded: acceptance.visits_of(commanded, 1e-3)
     )
     yield Call("map_poses", {"poses": poses}, lambda poses: map_poses(mechanism, "r0", poses))
     yield Call(

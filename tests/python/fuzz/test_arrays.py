@@ -36,6 +36,7 @@ CALLED_BY_OTHERS = {
 }
 # What symkin makes for its user, who only reads it.
 RESULTS = {
+    "Acceptance",
     "AlignedErrors",
     "Alignment",
     "Assumed",
@@ -60,6 +61,7 @@ RESULTS = {
     "Motion",
     "Observability",
     "PaperFindings",
+    "PoseAccuracy",
     "PoseCountCurve",
     "SeenPoses",
     "Selection",
