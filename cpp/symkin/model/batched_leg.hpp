@@ -177,12 +177,13 @@ class BatchedLeg {
     std::array<double, kLanes * Sensor::kParameters> sensors;
     std::array<Index, kLanes> lanes;
     for (int i = 0; i < kParameters; ++i) {
-      parameters[i] = Lanes<T>::load(legs.parameters + i * kLanes);
+      parameters[static_cast<std::size_t>(i)] = Lanes<T>::load(legs.parameters + i * kLanes);
     }
     for (int lane = 0; lane < kLanes; ++lane) {
-      lanes[lane] = lane;
+      lanes[static_cast<std::size_t>(lane)] = lane;
       for (int i = 0; i < Sensor::kParameters; ++i) {
-        sensors[lane * Sensor::kParameters + i] =
+        const Index at = Index{lane} * Sensor::kParameters + i;
+        sensors[static_cast<std::size_t>(at)] =
             legs.parameters[(Sensed::kGeometry + i) * kLanes + lane];
       }
     }
@@ -195,7 +196,8 @@ class BatchedLeg {
     const auto of_sensors = [&](const auto& value) {
       std::array<double, kLanes> each;
       for (int lane = 0; lane < kLanes; ++lane) {
-        each[lane] = value(Sensor(sensors.data() + lane * Sensor::kParameters), lane);
+        each[static_cast<std::size_t>(lane)] =
+            value(Sensor(sensors.data() + lane * Sensor::kParameters), lane);
       }
       return Lanes<T>::gather(each.data(), lanes.data());
     };
@@ -203,7 +205,8 @@ class BatchedLeg {
       const double* const readings = legs.readings + k * kLanes;
       Coordinates pose;
       for (int i = 0; i < kCoordinates; ++i) {
-        pose[i] = Lanes<T>::load(legs.poses + (k * kCoordinates + i) * kLanes);
+        pose[static_cast<std::size_t>(i)] =
+            Lanes<T>::load(legs.poses + (k * kCoordinates + i) * kLanes);
       }
       const auto all = closure_jets(pose.data(), of_sensors([&](const Sensor& sensor, int lane) {
                                       return sensor.active_joint(readings[lane]);
@@ -216,7 +219,7 @@ class BatchedLeg {
         }
         for (int i = 0; i < Sensor::kParameters; ++i) {
           write(by_joint * of_sensors([&](const Sensor& sensor, int lane) {
-                  return sensor.by_parameters(readings[lane])[i];
+                  return sensor.by_parameters(readings[lane])[static_cast<std::size_t>(i)];
                 }));
         }
         for (int i = 0; i < kDof; ++i) {
