@@ -126,7 +126,8 @@ def test_check_names_what_keeps_a_calibrated_mechanism_from_its_symmetry(
     worst = symmetry["deviations"][0]
     where = f"leg {worst['leg']} differs most, {worst['parameter']} by "
     assert f"alike within tolerances, not exactly: {where}" in shown.words
-    row = rf"^leg {worst['leg']}, {worst['parameter']} +{worst['deviation']:#.3g} "
+    assert worst["unit"] == "m"
+    row = rf"^leg {worst['leg']}, {worst['parameter']} +{1e3 * worst['deviation']:#.3g} mm "
     assert re.search(row, whole, re.MULTILINE)
     assert worst["standard_deviation"] > 0
 
