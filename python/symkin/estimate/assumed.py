@@ -105,18 +105,11 @@ def _changed_rows(
 
 def whitened_rows(problem: Problem, fit: _core.JointFit) -> Array:
     """Whitened rows of every pose at the estimate, shape (N, r, unknowns); zeros where aside."""
-    layout, measurements = problem.layout, problem.measurements
+    measurements = problem.measurements
     there = dataclasses.replace(measurements, readings=measurements.readings + fit.reading_errors)
-    rows = _core.observed_rows(
-        problem.mechanism.straight,
-        fit.setup,
-        problem.observed_in(there),
-        layout.column.tolist(),
-        layout.prior,
-        fit.poses,
-        ties=list(layout.ties),
-    )
-    return np.nan_to_num(rows.jacobian.reshape(len(fit.poses), -1, len(layout.names)))
+    seen = problem.observed_in(there)
+    rows = problem.layout.rows_of(problem.mechanism.straight, fit.setup, seen, fit.poses)
+    return np.nan_to_num(rows)
 
 
 def sizes_of(problem: Problem) -> Array:

@@ -20,7 +20,7 @@ from symkin.estimate.covariates import Covariate, observations_of, slopes_of
 from symkin.estimate.options import EstimateOptions, Loss
 from symkin.estimate.starting import setup_by_points, starting_poses
 from symkin.estimate.unknowns import Layout
-from symkin.model.core_setup import core_setup
+from symkin.model.core_setup import core_setup, setup_with
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import POSE_SPACES
 from symkin.model.settings import Frames, NoiseSettings
@@ -189,19 +189,8 @@ class Problem:
         legs, count = setup.parameters.shape
         by_leg = shift[: legs * (count + 3)].reshape(legs, count + 3)
         moved = self.mechanism.with_parameters(setup.parameters + by_leg[:, :count], symmetry=None)
-        made = _core.Setup(
-            moved.straight,
-            np.asarray(setup.curvature) + by_leg[:, count:],
-            setup.base,
-            setup.target,
-            np.array(setup.points),
-            np.array(setup.anchors),
-            np.array(setup.plane),
-            setup.leg_covariates,
-            np.array(setup.leg_slopes),
-            setup.base_covariates,
-            np.array(setup.base_slopes),
-        )
+        curvature = np.asarray(setup.curvature) + by_leg[:, count:]
+        made = setup_with(setup, moved.straight, curvature=curvature)
         return dataclasses.replace(self, setup=made)
 
     def _is_free(self, block: str) -> bool:

@@ -12,6 +12,7 @@ from symkin import _core
 from symkin.analysis.reflectors import PlacedPoints, in_three, motions_of, place_points, whole
 from symkin.data.measurements import Measurements
 from symkin.errors import NotIdentifiableError
+from symkin.model.core_setup import setup_with
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import (
     Transform,
@@ -237,17 +238,10 @@ def _target_of(space: str, robot: Array, found: PlacedPoints, turned: Array | No
 def _placed(
     mechanism: Mechanism, setup: _core.Setup, found: PlacedPoints, turn: Array | None
 ) -> _core.Setup:
-    target = setup.target if turn is None else _core.Frame(setup.target.position, turn)
-    return _core.Setup(
+    return setup_with(
+        setup,
         mechanism.straight,
-        np.array(setup.curvature),
-        _core.Frame(found.base.translation, found.base.rotation),
-        target,
-        found.places,
-        np.array(setup.anchors),
-        np.array(setup.plane),
-        setup.leg_covariates,
-        np.array(setup.leg_slopes),
-        setup.base_covariates,
-        np.array(setup.base_slopes),
+        base=_core.Frame(found.base.translation, found.base.rotation),
+        target=None if turn is None else _core.Frame(setup.target.position, turn),
+        points=found.places,
     )

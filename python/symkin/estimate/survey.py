@@ -11,7 +11,6 @@ from typing import Any, TypedDict
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from symkin import _core
 from symkin.analysis.observability import name_combination
 from symkin.analysis.observed import Observable, Observed
 from symkin.analysis.promises import (
@@ -268,7 +267,8 @@ class Survey(Value):
         taken = observations_of(seen, mechanism.noise, self.covariates)
         places = np.where(reached[:, None], poses, np.nan)
         slopes = slopes_of(self.covariates, len(mechanism.legs))
-        rows = self._rows(core_setup(mechanism, slopes=slopes), taken, places)
+        setup = core_setup(mechanism, slopes=slopes)
+        rows = self.layout.rows_of(mechanism.core, setup, taken, places)
         if not rows.shape[1]:
             raise NotIdentifiableError(
                 f"some pose explains any {', '.join(self.observed.kinds)} and readings, so they "
@@ -291,21 +291,8 @@ class Survey(Value):
         problem = Problem.of(self.mechanism, measured, self.options)
         setup, seen = problem.setup, problem.observations
         places = starting_poses(self.mechanism, setup, measured, problem.noise)
-        rows = self._rows(setup, seen, places)
+        rows = self.layout.rows_of(self.mechanism.core, setup, seen, places)
         return rows[np.isfinite(rows).all(axis=(1, 2))]
-
-    def _rows(self, setup: _core.Setup, seen: _core.Observations, places: Array) -> Array:
-        layout, core = self.layout, self.mechanism.core
-        rows = _core.observed_rows(
-            core,
-            setup,
-            seen,
-            layout.column.tolist(),
-            layout.prior,
-            places,
-            ties=list(layout.ties),
-        )
-        return rows.jacobian.reshape(len(places), -1, len(layout.names))
 
     def covariance(self, rows: Sequence[Array]) -> Array:
         """Covariance of the unknowns that rows and priors promise.

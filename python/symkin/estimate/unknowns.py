@@ -184,6 +184,25 @@ class Layout(Value):
         np.maximum.at(found, self.column[of_column], self.tolerances[of_column])
         return found
 
+    def rows_of(
+        self,
+        robot: _core.Mechanism,
+        setup: _core.Setup,
+        observations: _core.Observations,
+        poses: Array,
+    ) -> Array:
+        """Whitened rows of what was observed, (N, r, columns); NaN where they are none."""
+        rows = _core.observed_rows(
+            robot,
+            setup,
+            observations,
+            self.column.tolist(),
+            self.prior,
+            poses,
+            ties=list(self.ties),
+        )
+        return np.asarray(rows.jacobian.reshape(len(poses), -1, len(self.names)))
+
     @property
     def by_columns(self) -> Array:
         """How the scalars move with the columns, shape (scalars, columns)."""

@@ -12,7 +12,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from symkin.storage.toml_file import KeyPath, Statement, lines_of_keys, statements, toml_value
+from symkin.storage.toml_file import (
+    KeyPath,
+    Statement,
+    TomlSource,
+    lines_of_keys,
+    statements,
+    toml_value,
+)
 
 __all__ = ["with_comments"]
 
@@ -31,7 +38,7 @@ class _Comment:
 
 
 def with_comments(
-    text: str, source: str, plain: str, leg_of_reference: Sequence[int], top: Sequence[str]
+    text: str, source: TomlSource, plain: str, leg_of_reference: Sequence[int], top: Sequence[str]
 ) -> str:
     """Return a mechanism file's text with the comments of the file that it was made of.
 
@@ -41,7 +48,7 @@ def with_comments(
     ----------
     text : str
         To which comments are added.
-    source : str
+    source : TomlSource
         The file with the comments.
     plain : str
         The source's mechanism as symkin itself writes it: what that says is not the user's.
@@ -50,11 +57,11 @@ def with_comments(
     top : sequence of str
         Lines between which symkin's own heading of a file stands.
     """
-    theirs, end = _comments(source)
+    theirs, end = _comments(source.text)
     homeless: list[str] = []
     own, _ = _comments(plain)
     _without_own(theirs, own, top)
-    values, former, written = tomllib.loads(text), tomllib.loads(plain), tomllib.loads(source)
+    values, former = tomllib.loads(text), tomllib.loads(plain)
     lines, places = text.split("\n"), lines_of_keys(text)
     above: dict[int, list[str]] = {}
     for path, comment in theirs.items():
@@ -70,7 +77,7 @@ def with_comments(
             if comment.beside:
                 changed = _changed(_at(former, path), _at(values, kept))
                 was = changed and not comment.beside.startswith(_WAS)
-                said = f"{_WAS}{toml_value(_at(written, path))}: " if was else ""
+                said = f"{_WAS}{toml_value(_at(source.values, path))}: " if was else ""
                 lines[line] += ("; " if "  # " in lines[line] else "  # ") + said + comment.beside
     for line, added in sorted(above.items(), reverse=True):
         lines[line:line] = added

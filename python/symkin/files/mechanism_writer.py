@@ -98,7 +98,7 @@ def _commented(text: str, source: Path | None) -> str:
     except SymkinError:
         return text
     references = _written_legs(before)[1]
-    return with_comments(text, theirs.text, mechanism_text(before), references, (SCHEMA_LINE, _SI))
+    return with_comments(text, theirs, mechanism_text(before), references, (SCHEMA_LINE, _SI))
 
 
 def mechanism_text(mechanism: Mechanism, *, header: str = "") -> str:

@@ -14,7 +14,7 @@ from symkin.model.mechanism import Mechanism
 from symkin.model.poses import Transform, frame
 from symkin.model.settings import Frames
 
-__all__ = ["Slopes", "core_setup", "frames_of", "scalar_names", "scalar_values"]
+__all__ = ["Slopes", "core_setup", "frames_of", "scalar_names", "scalar_values", "setup_with"]
 
 Array = NDArray[np.float64]
 
@@ -54,6 +54,31 @@ def core_setup(
         slopes.legs,
         slopes.of_base,
         slopes.base,
+    )
+
+
+def setup_with(
+    setup: _core.Setup,
+    robot: _core.Mechanism,
+    *,
+    curvature: Array | None = None,
+    base: _core.Frame | None = None,
+    target: _core.Frame | None = None,
+    points: Array | None = None,
+) -> _core.Setup:
+    """Return a setup with this robot in it, and of the rest what is not given as it was."""
+    return _core.Setup(
+        robot,
+        np.array(setup.curvature if curvature is None else curvature),
+        base or setup.base,
+        target or setup.target,
+        np.array(setup.points if points is None else points),
+        np.array(setup.anchors),
+        np.array(setup.plane),
+        setup.leg_covariates,
+        np.array(setup.leg_slopes),
+        setup.base_covariates,
+        np.array(setup.base_slopes),
     )
 
 
