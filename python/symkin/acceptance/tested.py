@@ -9,6 +9,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from symkin.analysis.reflectors import motions_of, turning
 from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError
 from symkin.model.framing import framed
@@ -18,8 +19,6 @@ from symkin.model.poses import (
     Transform,
     between,
     frame,
-    in_plane,
-    nearest_rotation,
     poses_of,
     transforms,
 )
@@ -113,9 +112,13 @@ class Tested:
         wanted = transforms(name, self.commanded[known]).translation
         seen = np.zeros_like(wanted)
         seen[:, :size] = self.table.poses[known, :size]
-        spread = (seen - seen.mean(axis=0)).T @ (wanted - wanted.mean(axis=0))
-        rotation = nearest_rotation(spread if size == 3 else in_plane(spread))
-        moved = Transform(rotation, seen.mean(axis=0) - rotation @ wanted.mean(axis=0))
+        (rotation,), (translation,) = motions_of(seen[None], wanted, turning(space))
+        if not np.isfinite(rotation).all():
+            raise SymkinError(
+                "the measured positions do not show how the device's frame is turned; measure "
+                "poses that do not lie in a line"
+            )
+        moved = Transform(rotation, translation)
         made = self._commanding(poses_of(name, moved @ transforms(name, self.commanded)))
         return made, len(space.frame_components)
 

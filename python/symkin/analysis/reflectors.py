@@ -37,6 +37,7 @@ __all__ = [
     "motions_of",
     "own_poses",
     "place_points",
+    "turning",
     "whole",
     "with_tracking_defaults",
 ]
@@ -317,7 +318,7 @@ class _Placing(NamedTuple):
     def _turned_to(self, places: Array, base: Transform) -> Transform:
         """The base that brings points at these places nearest to those that were seen."""
         at = self._at(places).reshape(1, -1, 3)[0]
-        found = motions_of(self.seen.reshape(1, -1, 3), at, _turning(self.space))
+        found = motions_of(self.seen.reshape(1, -1, 3), at, turning(self.space))
         if not np.isfinite(found.translation).all():
             return base
         return Transform(found.rotation[0], found.translation[0])
@@ -364,7 +365,7 @@ class _Placing(NamedTuple):
         return PlacedPoints(found, own, left)
 
 
-def _turning(space: PoseSpace) -> PoseSpace:
+def turning(space: PoseSpace) -> PoseSpace:
     """The kind of motions that a frame of this platform makes, which turns where it never does."""
     return space if space.turns else space._replace(rotation=("rx", "ry", "rz"))
 

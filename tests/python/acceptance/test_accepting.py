@@ -116,6 +116,17 @@ def test_a_device_that_was_set_up_anew_has_its_frame_fitted(name):
     assert found.judged[0].limits.observed == pytest.approx(np.sqrt(size) * 1e-5, rel=0.3)
 
 
+def test_poses_in_a_line_do_not_show_how_the_device_is_turned():
+    robot = symkin.load_mechanism("linear_delta")
+    line = robot.home + np.linspace(-0.1, 0.1, 6)[:, None] * np.array([1.0, 0.0, 0.0])
+    readings = robot.inverse_kinematics(line)
+    table = Measurements.of(
+        line, readings, reading_unit=robot.reading_unit, pose_space=robot.pose_space
+    )
+    with pytest.raises(SymkinError, match="measure poses that do not lie in a line"):
+        accept(declared(robot), table, 1e-4, frames=["base"])
+
+
 def test_orientations_are_judged_too(robot, poses):
     table = measured(robot, poses, moved=np.array([0.0, 0.0, 1e-3]))
     found = accept(declared(robot), table, 1e-4, 5e-4)
