@@ -288,7 +288,7 @@ def make_plan(
         tasks = [ObservedTask(**vars(task), survey=survey) for task in tasks]
     chosen = [_choose(demands, task, kept) for task in tasks]
     plan = _assemble(demands, chosen, kept)
-    return plan if visit == "sets" else _in_visiting_order(plan, demands.seed, visit)
+    return plan if visit == "sets" else in_visiting_order(plan, demands.seed, visit)
 
 
 def _assemble(demands: _Demands, chosen: Sequence[_Chosen], kept: Clearance) -> Plan:
@@ -346,7 +346,7 @@ def _images(mechanism: Mechanism, elements: Sequence[Carrying], poses: Poses) ->
     return images.reshape(-1, poses.shape[1])
 
 
-def _in_visiting_order(plan: Plan, seed: int, visit: Visit) -> Plan:
+def in_visiting_order(plan: Plan, seed: int, visit: Visit) -> Plan:
     """Put the rows in the order of a short way, spares behind."""
     wanted = np.flatnonzero(~plan.spare)
     way = wanted[visiting_order(plan.mechanism, plan.poses[wanted], seed)]

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from symkin.analysis.observability import RowKind
 from symkin.analysis.promises import ExpectedAccuracy, thinned
 from symkin.analysis.workspace import WorkspaceSample
-from symkin.errors import SymkinError
+from symkin.errors import NotIdentifiableError, SymkinError
 from symkin.estimate.options import Estimator, PoseUse
 from symkin.estimate.survey import HeldByPriors, Observing, Survey, Unknowns
 from symkin.model.given import MechanismGiven, as_mechanism
@@ -21,7 +21,7 @@ from symkin.model.mechanism import Mechanism
 from symkin.model.poses import pose_rows
 from symkin.options import checks
 from symkin.planning.accuracy import predict_accuracy, require_joint
-from symkin.planning.making import default_design, make_plan
+from symkin.planning.making import default_design, in_visiting_order, make_plan
 from symkin.planning.observing import is_probing, probing_unknowns
 from symkin.planning.plan import Plan
 from symkin.planning.selection import Criterion, Design, design_tasks
@@ -110,9 +110,13 @@ class PoseCountCurve(Result):
 
         def reaches(orbits: int) -> bool:
             if orbits not in points:
-                points[orbits] = _predicted(
-                    self.mechanism, self.candidates, orbits * size, self.settings
-                )
+                count = orbits * size
+                try:
+                    points[orbits] = _predicted(
+                        self.mechanism, self.candidates, count, self.settings
+                    )
+                except NotIdentifiableError:  # so few do not show all that is unknown
+                    return False
             return bool((bounds_of(points[orbits].accuracy) <= limits).all())
 
         p = _least(self.mechanism, self.candidates, self.settings)
@@ -142,7 +146,8 @@ class PoseCountCurve(Result):
             measured=len(points[high].plan.poses),
             expected=predict_accuracy(
                 self.mechanism,
-                points[high].plan,
+                # As `make_plan` gives it, so that both promise the same to the last digit.
+                points[high].visited(self.settings["seed"]),
                 thinned(self.candidates),
                 anywhere=self.candidates,
                 **{name: self.settings[name] for name in _OF_PREDICTION},
@@ -330,7 +335,7 @@ def pose_count_curve(
         **asked,
     }
     numbers = _counts(mechanism, cloud, settings, counts)
-    points = [_predicted(mechanism, cloud, count, settings) for count in numbers]
+    points = _points(mechanism, cloud, settings, numbers, beginning=counts is None)
     errors = {
         kind: np.array([getattr(point.accuracy, kind) for point in points])
         for kind in ("position", "orientation", "position_bound", "orientation_bound")
@@ -340,12 +345,12 @@ def pose_count_curve(
         mechanism=mechanism,
         candidates=cloud,
         settings=settings,
-        counts=np.array(numbers, dtype=np.intp),
+        counts=np.array(numbers[-len(points) :], dtype=np.intp),
         measured=np.array([len(point.plan.poses) for point in points], dtype=np.intp),
         **errors,
         efficiency=np.array([point.efficiency for point in points]),
         least_gain=least_gain,
-        enough=_enough(numbers, errors[first], least_gain),
+        enough=_enough(numbers[-len(points) :], errors[first], least_gain),
         held=points[-1].plan.held,
     )
 
@@ -359,16 +364,49 @@ class _Point:
     efficiency: float
     allowed: int
 
+    def visited(self, seed: int) -> Plan:
+        """Return the plan with its poses in the order in which they are to be measured."""
+        if _goes_with_order(self.plan):  # it is so already
+            return self.plan
+        return in_visiting_order(self.plan, seed, "there_and_back")
+
+
+def _goes_with_order(plan: Plan) -> bool:
+    """Whether something unknown changes while the poses are measured."""
+    survey = None if plan.basis is None else plan.basis.survey
+    return survey is not None and bool(survey.in_order(plan.poses).covariates)
+
+
+def _points(
+    mechanism: Mechanism,
+    cloud: NDArray[np.float64],
+    settings: Mapping[str, Any],
+    numbers: Sequence[int],
+    *,
+    beginning: bool,
+) -> list[_Point]:
+    """Predict for the numbers of poses; if wanted, from the first that shows all unknowns on."""
+    points: list[_Point] = []
+    for count in numbers:
+        try:
+            points.append(_predicted(mechanism, cloud, count, settings))
+        except NotIdentifiableError:
+            if points or not beginning or count == numbers[-1]:
+                raise
+    return points
+
 
 def _predicted(
     mechanism: Mechanism, cloud: NDArray[np.float64], count: int, settings: Mapping[str, Any]
 ) -> _Point:
     made_by = {k: v for k, v in settings.items() if k not in _OF_PREDICTION}
-    plan = make_plan(mechanism, cloud, count, spares=0, **made_by)
-    asked = {name: settings[name] for name in _OF_PREDICTION}
-    accuracy = predict_accuracy(mechanism, plan, thinned(cloud), **asked)
+    plan = make_plan(mechanism, cloud, count, spares=0, visit="sets", **made_by)
     basis = plan.basis
     assert basis is not None  # it was made, not read
+    if _goes_with_order(plan):
+        plan = in_visiting_order(plan, settings["seed"], "there_and_back")
+    asked = {name: settings[name] for name in _OF_PREDICTION}
+    accuracy = predict_accuracy(mechanism, plan, thinned(cloud), **asked)
     certificates = [choice.selection.certificate for choice in basis.choices]
     efficiency = min(certificate.o1_efficiency for certificate in certificates)
     return _Point(plan, accuracy, efficiency, basis.candidates - basis.excluded)

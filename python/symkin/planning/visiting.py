@@ -96,8 +96,7 @@ def _improved(ways: Array, path: Way) -> Way:
 def _turned(ways: Array) -> Way | None:
     """Places of the path in a better order, by the part that is best turned round."""
     steps, last = ways.diagonal(1), len(ways) - 2
-    gains = ways[:last, 1:-1] + ways[1:-1, 2:] - steps[:-1, None] - steps[1:]
-    gains[np.tril_indices(last)] = 0
+    gains = np.triu(ways[:last, 1:-1] + ways[1:-1, 2:] - steps[:-1, None] - steps[1:], 1)
     first, end = np.unravel_index(gains.argmin(), gains.shape)
     if gains[first, end] > _GAIN:
         return None

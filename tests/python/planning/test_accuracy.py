@@ -109,3 +109,13 @@ def test_a_point_has_no_orientation_to_be_accurate_in():
     with pytest.raises(symkin.SymkinError, match="never turns"):
         curve.for_accuracy(orientation=1e-3)
     assert curve.for_accuracy(0.9 * curve.position[0]).count > 6
+
+
+def test_a_curve_begins_where_poses_show_all_that_is_unknown(paper):
+    # 8 poses bring 24 conditions, as many as there are parameters, and none for the drifts.
+    few = symkin.sample_workspace(paper, 300, seed=1)
+    with pytest.raises(symkin.SymkinError, match="do not show all of the 27 unknowns"):
+        pose_count_curve(paper, few, [8, 24], drift=["leg"])
+    drifting = pose_count_curve(paper, few, drift=["leg"])
+    assert drifting.counts[0] == 9
+    assert drifting.for_accuracy(2 * drifting.position_bound[0]).count == 9
