@@ -87,23 +87,6 @@ def test_check_says_which_leg_differs_by_what(
     assert verdict in symkin("check", name).words
 
 
-def test_first_screens_fit_a_terminal(symkin: Callable, protocol: Path, tmp_path: Path) -> None:
-    measured = protocol / "measurements.csv"
-    small = ("--candidates", 300, "--pose-count", 10)
-    for command in (
-        ("check", "3RRR"),
-        ("plan", "3RRR", *small, "--out", tmp_path / "a"),
-        ("pose-count", "3RRR", "--candidates", 300),
-        ("run", "3RRR", *small, "--out", tmp_path / "b"),
-        ("identify", "3RRR", measured, "--out", tmp_path / "c"),
-        ("evaluate", "3RRR", "--measurements", measured),
-    ):
-        lines = symkin(*command).out.splitlines()
-        paths = [line for line in lines if str(tmp_path) in line or line.startswith("  symkin")]
-        assert len(lines) <= 28, command
-        assert max(len(line) for line in lines if line not in paths) <= 80, command
-
-
 def test_a_result_without_its_report_is_all_but_the_page(symkin: Callable, tmp_path: Path) -> None:
     small = ("--candidates", 300, "--pose-count", 10, "--no-report")
     made = symkin("run", "3RRR", *small, "--out", tmp_path / "out")
