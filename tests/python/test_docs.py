@@ -163,7 +163,7 @@ def test_a_mechanism_file_of_the_documentation_is_checked_and_run(text, tmp_path
     file.write_text(text, encoding="utf-8")
     assert main(["check", str(file)]) == 0
     if "[workspace]" in text:  # without one there is nothing to draw poses from
-        small = ["--pose-count", "12", "--candidates", "3000"]
+        small = ["--pose-count", "12", "--candidates", "600", "--no-report"]
         assert main(["run", str(file), "--out", str(tmp_path / "out"), *small]) == 0
 
 
