@@ -103,7 +103,7 @@ void bind_detection(py::module_& module) {
       .def_readonly("reading_deviation", &WorkspaceSymmetry::reading_deviation)
       .def_readonly("keeps_modes", &WorkspaceSymmetry::keeps_modes);
   module.def("verify_workspace_symmetry", &symkin::verify_workspace_symmetry, py::arg("mechanism"),
-             py::arg("options"), py::arg("group"), py::arg("element"), py::arg("count"),
+             py::arg("options"), py::arg("group"), py::arg("elements"), py::arg("count"),
              py::arg("seed"), py::arg_v("tolerance", SymmetryTolerance{}, "SymmetryTolerance()"),
              ReleaseGil());
   module.def("leg_carriers", &symkin::leg_carriers, py::arg("mechanism"), py::arg("group"),

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "symkin/kinematics/inverse_kinematics.hpp"
 #include "symkin/support/error.hpp"
@@ -87,53 +88,68 @@ RowMatrix deviations(const Mechanism& mechanism, const Element& element, ConstRo
   return result;
 }
 
-}  // namespace
+// Poses of the box, and what the mechanism makes of them.
+struct Drawn {
+  RowMatrix poses;
+  std::vector<bool> inside;
+  RowMatrix readings;
+};
 
-WorkspaceSymmetry verify_workspace_symmetry(const Mechanism& mechanism,
-                                            const WorkspaceOptions& options,
-                                            const SymmetryGroup& group, SymmetryElement element,
-                                            Index count, std::uint64_t seed,
-                                            const SymmetryTolerance& tolerance) {
-  const ElementImage image = image_of_legs(mechanism, group, element, tolerance);
-  if (!image.keeps_structure) {
-    throw SymmetryMismatch("element " + SymmetryGroup::label(element) +
-                           " does not map the legs of mechanism \"" + mechanism.name() +
-                           "\" onto themselves");
-  }
-  const Element acting = element_of(mechanism, group, image, tolerance);
-  const RowMatrix poses = draw_poses(mechanism, options, count, seed);
-  const RowMatrix image_poses = transform_poses(acting.pair, mechanism.pose_space(), poses);
-  const Mechanism image_mechanism = with_image_modes(mechanism, acting);
-  const WorkspaceOptions image_options = image_of_options(mechanism, acting, options);
+Drawn seen_by(const Mechanism& mechanism, const WorkspaceOptions& options, RowMatrix poses) {
+  std::vector<bool> inside = inside_workspace(mechanism, options, poses);
+  RowMatrix readings = inverse_kinematics(mechanism, poses);
+  return {std::move(poses), std::move(inside), std::move(readings)};
+}
 
+WorkspaceSymmetry compare(const Mechanism& mechanism, const Element& element, const Drawn& drawn,
+                          const Drawn& carried) {
   WorkspaceSymmetry result;
-  result.element = element;
-  result.tested = count;
-  result.keeps_modes = image.keeps_modes;
-  const std::vector<bool> inside = inside_workspace(mechanism, options, poses);
-  const std::vector<bool> image_inside =
-      inside_workspace(image_mechanism, image_options, image_poses);
-  const RowMatrix readings = inverse_kinematics(mechanism, poses);
-  const RowMatrix image_readings = inverse_kinematics(image_mechanism, image_poses);
-  const RowMatrix apart = deviations(mechanism, acting, image_readings, readings);
-  for (Index i = 0; i < count; ++i) {
+  result.element = element.image->element;
+  result.tested = drawn.poses.rows();
+  result.keeps_modes = element.image->keeps_modes;
+  const RowMatrix apart = deviations(mechanism, element, carried.readings, drawn.readings);
+  for (Index i = 0; i < drawn.poses.rows(); ++i) {
     const auto row = static_cast<std::size_t>(i);
-    result.inside += inside[row] ? 1 : 0;
-    bool mismatch = inside[row] != image_inside[row];
+    const bool inside = drawn.inside[row];
+    result.inside += inside ? 1 : 0;
+    bool mismatch = inside != carried.inside[row];
     for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
-      const double reading = readings(i, leg);
-      const double image_reading =
-          image_readings(i, image.permutation[static_cast<std::size_t>(leg)]);
+      const double reading = drawn.readings(i, leg);
+      const double image_reading = carried.readings(i, element.onto(leg));
       mismatch = mismatch || std::isfinite(reading) != std::isfinite(image_reading);
       // At the end of a leg's reach the readings carry the square root of the rounding.
-      if (inside[row] && std::isfinite(image_reading)) {
+      if (inside && std::isfinite(image_reading)) {
         result.reading_deviation = std::max(result.reading_deviation, std::abs(apart(i, leg)));
       }
     }
-    result.unreachable += readings.row(i).allFinite() ? 0 : 1;
+    result.unreachable += drawn.readings.row(i).allFinite() ? 0 : 1;
     result.mismatches += mismatch ? 1 : 0;
   }
   return result;
+}
+
+}  // namespace
+
+std::vector<WorkspaceSymmetry> verify_workspace_symmetry(
+    const Mechanism& mechanism, const WorkspaceOptions& options, const SymmetryGroup& group,
+    const std::vector<SymmetryElement>& elements, Index count, std::uint64_t seed,
+    const SymmetryTolerance& tolerance) {
+  const Drawn drawn = seen_by(mechanism, options, draw_poses(mechanism, options, count, seed));
+  std::vector<WorkspaceSymmetry> results;
+  for (const SymmetryElement element : elements) {
+    const ElementImage image = image_of_legs(mechanism, group, element, tolerance);
+    if (!image.keeps_structure) {
+      throw SymmetryMismatch("element " + SymmetryGroup::label(element) +
+                             " does not map the legs of mechanism \"" + mechanism.name() +
+                             "\" onto themselves");
+    }
+    const Element acting = element_of(mechanism, group, image, tolerance);
+    const Drawn carried =
+        seen_by(with_image_modes(mechanism, acting), image_of_options(mechanism, acting, options),
+                transform_poses(acting.pair, mechanism.pose_space(), drawn.poses));
+    results.push_back(compare(mechanism, acting, drawn, carried));
+  }
+  return results;
 }
 
 }  // namespace symkin

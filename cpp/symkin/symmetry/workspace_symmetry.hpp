@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <vector>
+
 #include "symkin/kinematics/workspace.hpp"
 #include "symkin/symmetry/verification.hpp"
 
@@ -18,13 +20,12 @@ struct WorkspaceSymmetry {
   bool keeps_modes = false;
 };
 
-// Draws poses from the workspace's box, inside or not, and carries them by the element. An element
-// that flips working modes is tested against the mechanism with the flipped modes, whose
-// workspace it maps this one onto. Throws SymmetryMismatch if the element does not map the legs.
-WorkspaceSymmetry verify_workspace_symmetry(const Mechanism& mechanism,
-                                            const WorkspaceOptions& options,
-                                            const SymmetryGroup& group, SymmetryElement element,
-                                            Index count, std::uint64_t seed,
-                                            const SymmetryTolerance& tolerance = {});
+// Draws poses from the workspace's box, inside or not, and carries the same ones by each element.
+// An element that flips working modes is tested against the mechanism with the flipped modes, whose
+// workspace it maps this one onto. Throws SymmetryMismatch if an element does not map the legs.
+std::vector<WorkspaceSymmetry> verify_workspace_symmetry(
+    const Mechanism& mechanism, const WorkspaceOptions& options, const SymmetryGroup& group,
+    const std::vector<SymmetryElement>& elements, Index count, std::uint64_t seed,
+    const SymmetryTolerance& tolerance = {});
 
 }  // namespace symkin

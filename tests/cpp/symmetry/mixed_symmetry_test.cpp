@@ -145,8 +145,10 @@ TEST(MixedSymmetry, MapsTheWorkspaceOntoThatOfTheImagesModes) {
         workspace.reading_lower[leg] = home(0, last) - 0.08;
       }
     }
-    const WorkspaceSymmetry result = verify_workspace_symmetry(
-        mechanism, workspace, found.structure, found.images.back().element, 300, 5);
+    const WorkspaceSymmetry result =
+        verify_workspace_symmetry(mechanism, workspace, found.structure,
+                                  {found.images.back().element}, 300, 5)
+            .front();
     EXPECT_GT(result.inside, 20) << mechanism.name();
     EXPECT_LT(result.inside, 280) << mechanism.name();
     EXPECT_EQ(result.mismatches, 0) << mechanism.name();

@@ -421,8 +421,8 @@ def _in_box(name: str, mechanism: symkin.Mechanism, box: dict[str, Any], count: 
     if name == "sample_workspace":
         return _core.sample_workspace(mechanism.core, options, count, 1)
     group = symkin.model.symmetry.symmetry_group(mechanism).core
-    element = group.elements[-1]
-    return _core.verify_workspace_symmetry(mechanism.core, options, group, element, count, 1)
+    elements = group.elements[-1:]
+    return _core.verify_workspace_symmetry(mechanism.core, options, group, elements, count, 1)
 
 
 def _select_ten() -> _core.SelectionOptions:

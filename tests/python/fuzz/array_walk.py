@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Run cases in a process of their own: ``array_walk.py LOG FIRST SEED SECONDS``.
 
-Without seconds a third of all single changes, the same for the same seed; else all of them, and
+Without seconds a sixth of all single changes, the same for the same seed; else all of them, and
 then many at once for so long.
 
 The log gets a line before each case and one after it, so that a crash has a name.
@@ -130,7 +130,7 @@ def main() -> None:
     expected = {call.name: values_of(call()) for call in all_calls}
     single = list(every_single_change(all_calls))
     if not seconds:
-        single = random.Random(seed).sample(single, len(single) // 3)
+        single = random.Random(seed).sample(single, len(single) // 6)
     with log.open("a", buffering=1) as lines:
         for number, case in enumerate(single):
             if number >= first:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """No array, however wrong, does more than raise: every public callable, in a child process.
 
-A third of all changes of a single argument; with SYMKIN_FUZZ_SECONDS all of them, and many at once
+A sixth of all changes of a single argument; with SYMKIN_FUZZ_SECONDS all of them, and many at once
 for so long, drawn from SYMKIN_FUZZ_SEED.
 """
 
@@ -100,7 +100,7 @@ def test_a_wrong_array_gives_a_result_or_a_refusal_and_never_a_crash(tmp_path: P
         failures.append(f"{names[first - 1]}: the process ended with {process.returncode}")
     print(f"{count} cases")
     assert not failures, f"{len(failures)} of {count} cases:\n" + "\n".join(failures)
-    assert count > 5000
+    assert count > 2500
 
 
 def test_every_public_callable_that_takes_arrays_is_walked() -> None:

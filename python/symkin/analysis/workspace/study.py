@@ -528,26 +528,28 @@ def check_elements(
     SymmetryError
         If an element does not.
     """
-    options = workspace_options(mechanism)
-    allowed = _core.SymmetryTolerance(*(tolerance or ()))
-    checks = []
-    for element in group.elements:
-        found = _core.verify_workspace_symmetry(
-            mechanism.core, options, group.core, element, count, seed, allowed
+    tested = _core.verify_workspace_symmetry(
+        mechanism.core,
+        workspace_options(mechanism),
+        group.core,
+        group.elements,
+        count,
+        seed,
+        _core.SymmetryTolerance(*(tolerance or ())),
+    )
+    return tuple(
+        ElementCheck(
+            element=element.label,
+            keeps_modes=found.keeps_modes,
+            keeps_aspect=found.keeps_modes and _keeps_side(mechanism, group, element),
+            tested=found.tested,
+            inside=found.inside,
+            unreachable=found.unreachable,
+            mismatches=found.mismatches,
+            reading_deviation=found.reading_deviation,
         )
-        checks.append(
-            ElementCheck(
-                element=element.label,
-                keeps_modes=found.keeps_modes,
-                keeps_aspect=found.keeps_modes and _keeps_side(mechanism, group, element),
-                tested=found.tested,
-                inside=found.inside,
-                unreachable=found.unreachable,
-                mismatches=found.mismatches,
-                reading_deviation=found.reading_deviation,
-            )
-        )
-    return tuple(checks)
+        for element, found in zip(group.elements, tested, strict=True)
+    )
 
 
 def _keeps_side(mechanism: Mechanism, group: SymmetryGroup, element: SymmetryElement) -> bool:
