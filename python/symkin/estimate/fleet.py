@@ -6,7 +6,7 @@ from __future__ import annotations
 import dataclasses
 import os
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import Any, ClassVar, Literal, Self
@@ -19,9 +19,10 @@ from symkin.data.measurements import Measurements
 from symkin.data.reading import ROBOT, read_fleet, read_measurements
 from symkin.errors import MeasurementError, SymkinError, did_you_mean, one_of
 from symkin.estimate.covariates import steps_of
-from symkin.estimate.fleet_doubts import doubts_of, impossible, suspects
+from symkin.estimate.evidence.findings import Doubt, Note
+from symkin.estimate.fleet_doubts import doubted, examined, impossible, suspects
 from symkin.estimate.fleet_jobs import Job, Robots, identified
-from symkin.estimate.fleet_together import surroundings_of
+from symkin.estimate.fleet_together import FoundTogether, surroundings_of
 from symkin.estimate.identification import identify
 from symkin.estimate.options import EstimateOptions
 from symkin.estimate.unknowns import Priors, with_file_settings
@@ -56,8 +57,8 @@ class Fleet(Result):
         Their names.
     failures : tuple of str
         Why a robot was not identified; empty where it was. Its numbers are NaN.
-    doubts : tuple of str
-        What speaks against an estimate; empty where nothing does. See `verdicts`.
+    doubts : tuple of tuple of Doubt
+        What speaks against each estimate, or why it may have failed; see `verdicts`.
     parameters, deviations : ndarray, shape (robots, legs, p)
         The estimates and their standard deviations; NaN of those that are held.
     surroundings : tuple of (str, str)
@@ -76,15 +77,16 @@ class Fleet(Result):
         How.
     seconds : float
         That it took.
-    notes : tuple of str
-        What to know of the tables, such as columns that nothing was read from.
+    notes : tuple of Note
+        What to know of the tables, such as columns that nothing was read from, and of all
+        estimates.
     made_within : tuple of MadeWithin
         The tolerances that the workshop keeps, if that was asked for.
     """
 
     robots: tuple[str, ...]
     failures: tuple[str, ...]
-    doubts: tuple[str, ...]
+    doubts: tuple[tuple[Doubt, ...], ...]
     parameters: Array = field(private=True)
     deviations: Array = field(private=True)
     surroundings: tuple[tuple[str, str], ...]
@@ -97,7 +99,7 @@ class Fleet(Result):
     nominal: Mechanism = field(private=True)
     options: EstimateOptions
     seconds: float = field(private=True)
-    notes: tuple[str, ...] = field(compare=False, default=())
+    notes: tuple[Note, ...] = field(compare=False, default=())
     made_within: tuple[MadeWithin, ...] = ()
 
     derived = ("verdicts",)
@@ -118,8 +120,9 @@ class Fleet(Result):
     def verdicts(self) -> tuple[str, ...]:
         """Of each robot: "failed", "doubtful", or "fits" where the declared noise explains all.
 
-        A robot that fits has passed the tests of size, noise and tolerance alone; `identify` makes
-        many more of a single one.
+        A robot that fits has passed the tests of size, noise and tolerance alone, if it was
+        identified leg by leg; `identify` makes many more of a single one, and here of those that
+        failed these.
         """
         return tuple(
             "failed" if failure else "doubtful" if doubt else "fits"
@@ -138,7 +141,8 @@ class Fleet(Result):
             "verdict": list(self.verdicts),
             "converged": [int(not failure) for failure in self.failures],
             "failure": list(self.failures),
-            "doubt": list(self.doubts),
+            "doubt": ["; ".join(map(str, each)) for each in self.doubts],
+            "doubt_codes": [" ".join(doubt.code for doubt in each) for each in self.doubts],
         }
         legs = range(1, len(self.nominal.legs) + 1)
         fits = [""] if self.options.estimator == "joint" else [f"_{leg}" for leg in legs]
@@ -225,17 +229,28 @@ class Fleet(Result):
         for robot in suspects(nominal, parameters, deviations):
             if not failures[robot]:
                 failures[robot] = impossible(nominal, parameters[robot], deviations[robot])
+        doubts = {number: each.doubts for number, each in together.items()}
+        screened = () if together else (Note("screened"),)
+        if screened:
+            strange = doubted(nominal, options, parameters, deviations, found)
+            looked_at = {
+                robot: measured
+                for robot, (measured, failure) in enumerate(
+                    zip(robots.values(), failures, strict=True)
+                )
+                if isinstance(measured, Measurements) and (failure or strange[robot])
+            }
+            doubts, refused = examined(nominal, options, looked_at)
+            for robot, failure in refused.items():
+                failures[robot] = failures[robot] or failure
         for robot in np.flatnonzero([bool(failure) for failure in failures]):
             for values in (parameters, *found.values(), surrounding):
                 values[robot] = np.nan
-        doubts = doubts_of(nominal, options, parameters, deviations, found)
-        for number, each in together.items():
-            doubts[number] = each.doubt
         estimated = deviations > 0 if asked else nominal.is_estimated
         return cls(
             robots=tuple(robots),
             failures=tuple(failures),
-            doubts=tuple(doubts),
+            doubts=tuple(doubts.get(number, ()) for number in range(len(robots))),
             parameters=parameters,
             deviations=np.where(estimated, deviations, np.nan),
             surroundings=surroundings,
@@ -248,7 +263,7 @@ class Fleet(Result):
             nominal=nominal,
             options=options,
             seconds=time.perf_counter() - start,
-            notes=_notes(robots),
+            notes=(*screened, *_notes(robots), *_of_all(together)),
             made_within=_made_within(nominal, robots, options, failures) if tolerances else (),
         )
 
@@ -452,17 +467,26 @@ def _made_within(
     return workshop_tolerances(told)
 
 
-def _notes(robots: Robots) -> tuple[str, ...]:
+def _of_all(together: Mapping[int, FoundTogether]) -> Iterator[Note]:
+    """Notes that are the same of all estimates, such as of what was held."""
+    notes = [each.notes for each in together.values() if not each.failure]
+    for note in notes[0] if notes else ():
+        if all(note in others for others in notes):
+            yield note
+
+
+def _notes(robots: Robots) -> tuple[Note, ...]:
     """Of all tables, each once: many robots have one table, or tables of the same columns."""
     unread: dict[tuple[str, ...], list[str]] = {}
     for name, each in robots.items():
         if isinstance(each, Measurements) and each.unread:
             unread.setdefault(each.unread, []).append(each.source_name or name)
-    return tuple(
+    words = (
         f"nothing was read from column{'s' * (len(columns) > 1)} {', '.join(columns)} of "
         + " and ".join(dict.fromkeys(names) if len(set(names)) < 3 else [names[0], "others"])
         for columns, names in unread.items()
     )
+    return tuple(Note("columns-unread", figures={"words": each}) for each in words)
 
 
 def _by_name(

@@ -1,25 +1,34 @@
 # SPDX-License-Identifier: MIT
-"""What speaks against the estimates of a fleet, all robots at once."""
+"""Which robots of a fleet something speaks against: a screen of all of them at once.
+
+It says no more than that. What speaks against a robot is said by the tests that `identify` makes.
+"""
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping
 from statistics import NormalDist
 
 import numpy as np
 from numpy.typing import NDArray
 
-from symkin.errors import FailedFitError, named_legs
+from symkin.data.measurements import Measurements
+from symkin.errors import FailedFitError, SymkinError, named_legs
+from symkin.estimate.estimate import Estimate
+from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.fit import FALSE_ALARMS, UNKNOWN, as_mechanism
 from symkin.estimate.options import EstimateOptions
+from symkin.model.framing import unframed
 from symkin.model.mechanism import Mechanism
 from symkin.model.tolerances import parameter_tolerances
 
-__all__ = ["doubts_of", "impossible", "suspects"]
+__all__ = ["doubted", "examined", "impossible", "suspects"]
 
 Array = NDArray[np.float64]
 
 _LARGEST_ANGLE = 1e9  # beyond it the canonical form of an angle is noise
+_EXAMINED = 20  # robots: a fleet of which more are doubted has one cause, or a wrong drawing
 
 
 def suspects(nominal: Mechanism, parameters: Array, deviations: Array) -> NDArray[np.intp]:
@@ -45,39 +54,50 @@ def impossible(nominal: Mechanism, parameters: Array, deviations: Array) -> str:
     return ""
 
 
-def doubts_of(
+def doubted(
     nominal: Mechanism,
     options: EstimateOptions,
     parameters: Array,
     deviations: Array,
     found: Mapping[str, Array],
-) -> list[str]:
-    """What speaks against each robot's estimate: a sentence, or nothing."""
+) -> NDArray[np.bool_]:
+    """Whether chi-square or a parameter is not a sound robot's; of one that failed, False."""
     chi_square, freedom = found["chi_square"], found["degrees_of_freedom"]
     identified = nominal.is_estimated
     tolerances, deviations = parameter_tolerances(nominal)[identified], deviations[:, identified]
     changes = (parameters - nominal.parameters)[:, identified]
     distances = np.abs(changes) / np.hypot(tolerances, deviations)
     farthest = NormalDist().inv_cdf(1 - FALSE_ALARMS / 4 / tolerances.size)
-    with np.errstate(invalid="ignore"):
-        times = np.sqrt(chi_square / freedom)
-    causes = {
-        "no pose to spare, so the noise cannot be checked": freedom < 1,
-        "residuals are {:.2g} times what the declared noise explains": (
-            chi_square > found["limit"]
-        ),
-        "residuals are {:.2g} times what the declared noise makes: it is too large, or the "
-        "measurements were smoothed or computed": (
-            (chi_square < found["least"]) & (options.loss == "none")
-        ),
-        "the measurements say nothing of some parameters: their standard deviations are more than "
-        f"{UNKNOWN} times the tolerance": deviations > UNKNOWN * tolerances,
-        "parameters are further from the drawing than is plausible, by up to {:.3g} times what "
-        "tolerance and noise allow": distances > farthest,
-    }
-    sizes = (freedom, times, times, deviations, distances)
-    doubts: list[list[str]] = [[] for _ in parameters]
-    for (cause, alarms), size in zip(causes.items(), sizes, strict=True):
-        for robot in np.flatnonzero(alarms.reshape(len(doubts), -1).any(axis=1)):
-            doubts[robot].append(cause.format(float(np.max(size[robot][alarms[robot]]))))
-    return ["; ".join(each) for each in doubts]
+    strange = (
+        (freedom < 1) | (chi_square > found["limit"]),
+        (chi_square < found["least"]) & (options.loss == "none"),
+        (deviations > UNKNOWN * tolerances) | (distances > farthest),
+    )
+    return np.asarray(np.concatenate(strange, axis=1).any(axis=1))
+
+
+def examined(
+    nominal: Mechanism, options: EstimateOptions, robots: Mapping[int, Measurements]
+) -> tuple[dict[int, tuple[Doubt, ...]], dict[int, str]]:
+    """What speaks against robots by all tests, likely causes among them; and why some failed.
+
+    Of more robots than a few, it is only said of those after them that they are doubted too.
+    """
+    doubts: dict[int, tuple[Doubt, ...]] = {}
+    failures: dict[int, str] = {}
+    for number, (robot, measured) in enumerate(robots.items()):
+        if number >= _EXAMINED:
+            doubts[robot] = (Doubt("not-examined", figures={"examined": _EXAMINED}),)
+            continue
+        own = dataclasses.replace(measured, poses=unframed(nominal, measured.poses))
+        try:
+            found = Estimate.of(nominal.replace(frames=None), own, options, legs=True)
+        except SymkinError as error:
+            failures[robot] = str(error)
+            cause = error.likely_cause
+            doubts[robot] = () if cause is None else (cause,)
+            continue
+        doubts[robot] = found.doubts
+        if not found.converged:
+            failures[robot] = found.failure
+    return doubts, failures

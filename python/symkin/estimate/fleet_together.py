@@ -13,6 +13,7 @@ from symkin.analysis.evaluation import closures_of
 from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError
 from symkin.estimate.estimate import Estimate
+from symkin.estimate.evidence.findings import Doubt, Note
 from symkin.estimate.identification import identify
 from symkin.estimate.options import EstimateOptions
 from symkin.model.framing import unframed
@@ -30,8 +31,12 @@ class FoundTogether(Value):
 
     Attributes
     ----------
-    failure, doubt : str
-        Why there is no estimate, what speaks against it; or empty.
+    failure : str
+        Why there is no estimate; or empty.
+    doubts : tuple of Doubt
+        What speaks against it.
+    notes : tuple of Note
+        What to know of it.
     columns : mapping of str to ndarray
         As the core's fleet has them, of one robot; deviations of what is held are zero. Empty for
         one that failed.
@@ -40,7 +45,8 @@ class FoundTogether(Value):
     """
 
     failure: str
-    doubt: str = ""
+    doubts: tuple[Doubt, ...] = ()
+    notes: tuple[Note, ...] = ()
     columns: Mapping[str, Array] | None = None
     surroundings: Mapping[str, tuple[str, float, float]] | None = None
 
@@ -100,7 +106,8 @@ def _row(found: Estimate) -> FoundTogether:
     }
     return FoundTogether(
         failure="",
-        doubt="; ".join(map(str, found.doubts)),
+        doubts=found.doubts,
+        notes=found.notes,
         columns={name: np.atleast_1d(np.asarray(each, float)) for name, each in numbers.items()},
         surroundings={
             each.name: (each.unit, each.value, each.deviation)

@@ -4,9 +4,11 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Iterator
 
 from symkin.analysis.evaluation import Evaluation
 from symkin.analysis.promises import ExpectedAccuracy
+from symkin.estimate.evidence.findings import few
 from symkin.estimate.fleet import Fleet
 from symkin.files.mechanism_file import typed_name
 from symkin.pipeline import ProtocolResult
@@ -42,6 +44,7 @@ from symkin.show.wording import (
 from symkin.show.workspace import workspace_section
 
 _SHOWN = 20
+_TOLD = 5  # of a fleet's doubts, and robots of each
 
 
 def run_page(result: ProtocolResult) -> Page:
@@ -183,9 +186,9 @@ def fleet_page(fleet: Fleet) -> Page:
     total = len(fleet.robots)
     verdict: Verdict = "bad" if counts["failed"] else "doubtful" if counts["doubtful"] else "good"
     rows = [
-        (robot, verdict, failure or doubt)
+        (robot, verdict, "; ".join(filter(None, (failure, *map(str, doubts)))))
         for wanted in ("failed", "doubtful")
-        for robot, verdict, failure, doubt in zip(
+        for robot, verdict, failure, doubts in zip(
             fleet.robots, fleet.verdicts, fleet.failures, fleet.doubts, strict=True
         )
         if verdict == wanted
@@ -219,16 +222,29 @@ def fleet_page(fleet: Fleet) -> Page:
         ],
         verdict=verdict,
         judgement=judgement,
-        notes=[
-            "A robot that fits passed the tests of noise and tolerance; symkin identify makes more "
-            "of a single one.",
-            *fleet.notes,
-        ],
+        doubts=tuple(_doubts_of(fleet)),
+        notes=tuple(map(str, fleet.notes)),
         sections=[
             *([Section("robots", "Robots to look at", [], [table])] if rows else []),
             *_workshop(fleet),
         ],
     )
+
+
+def _doubts_of(fleet: Fleet) -> Iterator[str]:
+    """What speaks against robots, those together against which the same does."""
+    robots: dict[str, list[str]] = {}
+    for robot, doubts in zip(fleet.robots, fleet.doubts, strict=True):
+        for doubt in doubts:
+            causes = ", or as well: ".join(each.words for each in (doubt, *doubt.others))
+            said = f"likely cause: {causes}" if doubt.is_cause else causes
+            remedy = "" if doubt.others else doubt.remedy
+            robots.setdefault("; ".join(filter(None, (said, remedy))), []).append(robot)
+    told = sorted(robots.items(), key=lambda each: -len(each[1]))
+    for said, who in told[:_TOLD]:
+        yield f"{few(who, _TOLD)}: {said}"
+    if len(told) > _TOLD:
+        yield f"{len(told) - _TOLD} more; the table says them"
 
 
 def _workshop(fleet: Fleet) -> list[Section]:

@@ -86,20 +86,35 @@ def test_a_failed_robot_is_a_row_that_says_why(mechanism, robots):
     assert "robot 3" in fleet.text()
 
 
-def test_what_speaks_against_an_estimate_is_said(mechanism, robots):
-    quiet = NoiseSettings(position=1e-6, orientation=1e-6)
+def test_what_speaks_against_a_robot_of_a_fleet_is_what_does_alone(mechanism, robots):
+    one, two = robots["robot 1"], robots["robot 2"]
+    exchanged = dataclasses.replace(two, readings=two.readings[:, [1, 0, 2]])
+    nudged = np.array(one.readings)
+    nudged[3, 1] += 0.01
+    fleet = {"a": one, "b": dataclasses.replace(one, readings=nudged), "c": exchanged}
+    found = symkin.identify_many(mechanism, fleet)
+    assert found.verdicts[:2] == ("fits", "doubtful")
+    for doubts, measured in zip(found.doubts, fleet.values(), strict=True):
+        assert doubts == symkin.identify(mechanism, measured).doubts
+    assert [doubt.code for doubt in found.doubts[2]] == ["columns-exchanged"]
+    assert found.columns()["doubt_codes"][2] == "columns-exchanged"
+    assert found.to_dict()["doubts"][2][0]["legs"] == [1, 2]
+    assert "c: likely cause: the readings of legs 1, 2 are in the columns" in found.text()
     loud = NoiseSettings(position=1e-3, orientation=1e-3)
-    found = symkin.identify_many(mechanism, robots, noise=quiet)
-    assert set(found.verdicts) == {"doubtful"}
-    assert "times what the declared noise explains" in found.doubts[0]
-    found = symkin.identify_many(mechanism, robots, noise=loud)
-    assert "it is too large" in found.doubts[0]
+    quiet = symkin.identify_many(mechanism, {"a": one}, noise=loud)
+    assert quiet.doubts[0] == symkin.identify(mechanism, one, noise=loud).doubts
+    assert "residuals-small" in {doubt.code for doubt in quiet.doubts[0]}
+
+
+def test_of_many_doubtful_robots_the_first_are_looked_into(mechanism, robots, monkeypatch):
+    monkeypatch.setattr("symkin.estimate.fleet_doubts._EXAMINED", 1)
     moved = mechanism.parameters.copy()
     moved[1, 0] += 0.02
     other = mechanism.replace(symmetry=None).with_parameters(moved)
-    found = symkin.identify_many(other, robots)
-    assert set(found.verdicts) == {"doubtful"}
-    assert "further from the drawing" in found.doubts[0]
+    two = {name: robots[name] for name in ("robot 1", "robot 2")}
+    first, second = symkin.identify_many(other, two).doubts
+    assert first == symkin.identify(other, robots["robot 1"]).doubts != ()
+    assert [doubt.code for doubt in second] == ["not-examined"]
 
 
 def test_an_estimate_that_is_no_mechanism_fails(mechanism, robots):
@@ -107,7 +122,8 @@ def test_an_estimate_that_is_no_mechanism_fails(mechanism, robots):
     other = mechanism.parameters.copy()
     other[:, names.index("proximal_length")] *= 0.02
     start = mechanism.replace(symmetry=None, workspace=None).with_parameters(other)
-    found = symkin.identify_many(start, robots, max_iterations=3)
+    two = {name: robots[name] for name in ("robot 1", "robot 2")}
+    found = symkin.identify_many(start, two, max_iterations=3)
     assert set(found.verdicts) <= {"failed", "doubtful"}
     assert any("no convergence in 3 steps" in failure for failure in found.failures)
 
@@ -224,7 +240,8 @@ def test_a_fleet_asks_what_one_robot_is_asked(mechanism, robots, said_in):
         alone = symkin.identify(mechanism, measured, **asked)
         np.testing.assert_array_equal(fleet.parameters[row], alone.mechanism.parameters)
         assert fleet.chi_square[row] == alone.chi_square
-        assert fleet.doubts[row] == "; ".join(map(str, alone.doubts))
+        assert fleet.doubts[row] == alone.doubts
+        assert set(map(repr, fleet.notes)) <= set(map(repr, alone.notes))
         held = np.isnan(fleet.deviations[row])
         assert held[2].all()
         np.testing.assert_array_equal(

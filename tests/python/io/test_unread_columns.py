@@ -94,9 +94,11 @@ def test_evaluations_and_fleets_tell_columns_without_use_too(paper, columns, tmp
     assert symkin.evaluate(paper, measurements=columns) == evaluation  # whose numbers are the same
     table = {"robot": ["a"] * 20 + ["b"] * (len(columns["x_m"]) - 20), **wider}
     fleet = symkin.identify_many(paper, table)
-    assert fleet.notes == ("nothing was read from column torque_Nm of a and b",)
+    told = [str(note) for note in fleet.notes if note.code == "columns-unread"]
+    assert told == ["nothing was read from column torque_Nm of a and b"]
     assert words in fleet.text()
-    assert symkin.identify_many(paper, table, ignore=["torque_Nm"]).notes == ()
+    ignored = symkin.identify_many(paper, table, ignore=["torque_Nm"])
+    assert [note.code for note in ignored.notes] == ["screened"]
     file = tmp_path / "table.csv"
     write_table(file, wider)
     assert main(["evaluate", "3RRR", "--measurements", str(file)]) == 0

@@ -106,6 +106,11 @@ DOUBTS: Mapping[str, Code] = {
         "the measurements say nothing of {names}: the standard deviation is more than {size:g} "
         "times the tolerance, so the drawing knows better"
     ),
+    "not-examined": Code(
+        "chi-square or parameters are not a sound robot's; what of, was looked into for the first "
+        "{examined} such robots of the fleet alone",
+        "identify this robot by itself",
+    ),
     # Residuals against the declared noise.
     "residuals-large": Code(
         "{who}chi-square is {ratios} per degree of freedom ({degrees} of them), above {limits} "
@@ -237,6 +242,10 @@ NOTES: Mapping[str, Code] = {
         "named says less than for a robot with few legs."
     ),
     "columns-unread": Code("{words}"),
+    "screened": Code(
+        "A robot that fits passed the tests of noise and tolerance; symkin identify makes more of "
+        "a single one, as were made here of those that did not pass."
+    ),
     "settings-changed": Code("{words}"),
     "heights": Code("{words}"),
     "parameters-unneeded": Code(

@@ -128,7 +128,8 @@ class Screen:
         if taken is None or stated.options.frames:
             return False
         off = np.where(np.isfinite(taken.residuals), np.abs(taken.residuals), np.inf)
-        off = np.where(taken.read, off / self._widths, np.nan)
+        widths = np.where(self._widths > 0, self._widths, 1.0)  # none of a leg out of reach
+        off = np.where(taken.read, off / widths, np.nan)
         return bool((np.nanmedian(off[:, taken.read.any(axis=0)], axis=0) < _AGREES).all())
 
     def step(self, correction: Correction) -> float:
