@@ -25,6 +25,7 @@ WAYS: dict[str, dict[str, Any]] = {
     "positions": {},
 }
 _RANDOM = 60  # poses
+_SPARES = 12  # for those beyond the reach of a robot
 
 
 def main() -> None:
@@ -34,7 +35,7 @@ def main() -> None:
         mechanism = symkin.load_mechanism(name)
         sample = symkin.sample_workspace(mechanism, 6000, 1)
         planned = symkin.make_plan(mechanism, sample, seed=1)
-        at_random = plan_of(mechanism, sample.poses[:_RANDOM])
+        at_random = plan_of(mechanism, sample.poses[: _RANDOM + _SPARES], _SPARES)
         for kind, plan in {"planned": planned, "random": at_random}.items():
             alarms: dict[str, collections.Counter[str]] = {
                 way: collections.Counter() for way in WAYS
@@ -49,12 +50,12 @@ def main() -> None:
                 print(f"{name}, {kind}, {way}, {robots} robots: {shares or 'none'}", flush=True)
 
 
-def plan_of(mechanism: symkin.Mechanism, poses: np.ndarray) -> symkin.Plan:
-    """A user's own poses, for all legs."""
+def plan_of(mechanism: symkin.Mechanism, poses: np.ndarray, spares: int = 0) -> symkin.Plan:
+    """A user's own poses, for all legs, the last of them to spare."""
     count = len(poses)
-    none = np.zeros(count, dtype=bool)
+    spare = np.arange(count) >= count - spares
     legs, readings = np.full(count, -1), mechanism.inverse_kinematics(poses)
-    return symkin.Plan(mechanism, legs, np.arange(count), none, poses, readings)
+    return symkin.Plan(mechanism, legs, np.arange(count), spare, poses, readings)
 
 
 def asked(mechanism: symkin.Mechanism, way: str) -> dict[str, Any]:

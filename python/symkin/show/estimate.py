@@ -188,6 +188,9 @@ def _headlines(found: Estimate) -> Iterator[Headline]:
         remark = f"{significant(low)} to {significant(high)} for sound robots"
         if found.options.noise == "estimate":
             remark = "by construction, since the noise was estimated"
+        left_out = {row for row, _ in found.rejected}.union(found.aside)
+        if left_out:
+            remark += f"; without what was rejected at {plural(len(left_out), 'pose')}"
         yield "Chi-square per degree", significant(found.chi_square_ratio), remark
 
 

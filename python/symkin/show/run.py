@@ -8,6 +8,7 @@ from collections.abc import Iterator
 
 from symkin.analysis.evaluation import Evaluation
 from symkin.analysis.promises import ExpectedAccuracy
+from symkin.estimate.estimate import Estimate
 from symkin.estimate.evidence.findings import few
 from symkin.estimate.fleet import Fleet
 from symkin.files.mechanism_file import typed_name
@@ -75,7 +76,7 @@ def run_summary(result: ProtocolResult) -> Page:
         verdict=verdict,
         judgement=words,
         doubts=tuple(map(str, found.doubts)),
-        notes=(*map(str, found.notes), *_replaced(result.simulation)),
+        notes=(*_notes(found), *_replaced(result.simulation)),
         paragraphs=[_done(result), _achieved(result)],
         next_step=(
             "measure your robot at the poses of plan.csv, write what you measure into a table "
@@ -159,6 +160,11 @@ def _accuracy_section(result: ProtocolResult) -> Section:
         *error_figures(before, after, expected),
     ]
     return Section("accuracy", "End-effector error", [paragraph], parts)
+
+
+def _notes(found: Estimate) -> list[str]:
+    """Notes of an estimate; a simulated device measures as exactly as an estimate takes it to."""
+    return [str(note) for note in found.notes if note.code != "held-as-exact"]
 
 
 def _comparison_table(result: ProtocolResult) -> Table:

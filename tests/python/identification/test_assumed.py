@@ -148,7 +148,7 @@ def test_intervals_hold_the_truth_of_robots_whose_gains_are_not_as_assumed(robot
 def test_what_is_held_without_a_word_is_noted(robot, measured, assumed):
     held = symkin.identify(robot, measured, **GAINS)
     (note,) = (each for each in held.notes if each.code == "held-as-exact")
-    assert "leg1.sensor_gain, leg2.sensor_gain, leg3.sensor_gain are held" in str(note)
+    assert "leg1.sensor_gain, leg2.sensor_gain, leg3.sensor_gain, scale (of " in str(note)
     assert "held-as-exact" not in {each.code for each in assumed.notes}
 
 
@@ -191,3 +191,23 @@ def test_an_assumption_that_means_nothing_is_refused(robot, measured, declared, 
 def test_an_estimator_of_single_legs_is_refused(robot, measured):
     with pytest.raises(SymkinError, match='expected "joint" here, since assume was given'):
         symkin.identify(robot, measured, "implicit", assume={"scale": 1e-4})
+
+
+def test_what_the_device_is_taken_to_know_is_noted_until_it_is_declared(robot, measured):
+    """No residual shows a longer metre or another target: a sound robot explains both."""
+    scale, target = "scale (of the measuring device)", "target (its place on the platform)"
+    ways = [
+        ({}, (scale, target)),
+        ({"assume": {"scale": 1e-4}}, (target,)),
+        ({"frames": ["target"], "prior": "tolerances"}, (scale,)),
+        ({"assume": {"scale": 1e-4, "target": "1 mm"}}, ()),
+    ]
+    for asked, names in ways:
+        notes = symkin.identify(robot, measured, **asked).notes
+        said = [str(note) for note in notes if note.code == "held-as-exact"]
+        assert bool(said) == bool(names)
+        assert [name in said[0] for name in names] == [True] * len(names)
+    unseen = measured.poses * [np.nan, np.nan, 1]
+    angles = dataclasses.replace(measured, poses=unseen)
+    notes = symkin.identify(robot, angles, prior="tolerances").notes
+    assert "held-as-exact" not in {note.code for note in notes}

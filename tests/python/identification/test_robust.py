@@ -54,3 +54,19 @@ def test_a_note_names_the_pose_at_which_a_gross_error_would_not_be_seen(paper, s
             assert notes[0].rows == tuple(measured.row_numbers[unguarded])
             return
     pytest.fail("every fit was refused, or none left a pose to doubt")
+
+
+@pytest.mark.parametrize("observed", ["pose", "position"])
+def test_chi_square_says_at_how_many_poses_the_loss_rejected_something(paper, simulated, observed):
+    measured = simulated.measurements.for_all_legs()
+    poses, readings = np.array(measured.poses), np.array(measured.readings)
+    readings[3] += 0.1, -0.1, 0.1
+    if observed == "position":
+        poses[:, 2] = np.nan
+    spoilt = symkin.Measurements.of(poses, readings)
+    found = symkin.identify(paper, spoilt, loss="cauchy")
+    rows = {row for row, _ in found.rejected} | set(found.aside)
+    assert 3 in rows
+    (line,) = (each for each in found.summary().headlines if each[0].startswith("Chi-square"))
+    count = "1 pose" if len(rows) == 1 else f"{len(rows)} poses"
+    assert line[2].endswith(f"for sound robots; without what was rejected at {count}")

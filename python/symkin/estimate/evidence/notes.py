@@ -4,7 +4,9 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
+
+import numpy as np
 
 from symkin.errors import SymkinError
 from symkin.estimate.evidence.drawing import unneeded_parameters, weak_parameters
@@ -14,6 +16,7 @@ from symkin.estimate.fit import changed_settings
 from symkin.estimate.found import Found
 from symkin.estimate.precision import Heights
 from symkin.estimate.problem import Problem
+from symkin.estimate.unknowns import SCALE
 from symkin.model.symmetry.groups import detect_symmetry
 
 __all__ = ["notes_of"]
@@ -22,6 +25,7 @@ _AS_GOOD = 9.0  # more of chi-square: an order of the legs that cannot be told f
 _TURNS = ("base.phi", "base.rz")
 _LISTED = 6
 _REJECTED = 5
+_TARGET = "target"
 
 
 def notes_of(
@@ -66,14 +70,27 @@ def notes_of(
 
 
 def _held_as_exact(found: Found) -> Iterator[Note]:
-    """Name what somebody chose to hold, without a word of how well it is known."""
+    """Name what is held without a word of how well it is known, the device's scale among it."""
     known = {each.name for each in found.assumed}
     names = [
         each.name for each in found.unknowns if each.status == "held" and each.name not in known
     ]
+    names += _of_the_device(found, known)
     if names:
         be, it = ("is", "it") if len(names) == 1 else ("are", "they")
         yield Note("held-as-exact", figures={"names": few(names, _LISTED), "be": be, "it": it})
+
+
+def _of_the_device(found: Found, known: Collection[str]) -> Iterator[str]:
+    """What positions rest on that no residual shows: a sound robot of other lengths explains it."""
+    measurements = found.measurements
+    positions = bool(np.isfinite(measurements.poses[:, : measurements.space.size]).any())
+    points = measurements.points is not None and bool(np.isfinite(measurements.points).any())
+    if (positions or points) and SCALE not in known:
+        yield f"{SCALE} (of the measuring device)"
+    blocks = {each.partition(".")[0] for each in (*known, *(own.name for own in found.unknowns))}
+    if positions and _TARGET not in blocks:
+        yield f"{_TARGET} (its place on the platform)"
 
 
 def _exchanges(found: Found, probed: bool, doubts: Sequence[Doubt]) -> Iterator[tuple[int, ...]]:
