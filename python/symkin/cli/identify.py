@@ -13,7 +13,6 @@ from symkin.analysis.alignment import poses_of_columns, poses_of_mechanism
 from symkin.analysis.probing import with_printed_length
 from symkin.cli.console import Telling, not_converged, print_result, progress, write_result
 from symkin.cli.options import (
-    AssumeOption,
     CandidatesOption,
     ColumnsOption,
     ConfidenceOption,
@@ -34,7 +33,6 @@ from symkin.cli.options import (
     TolerancesOption,
     Unknown,
     WorkersOption,
-    assumed_of,
     columns_of,
     command,
     folder_of,
@@ -42,7 +40,6 @@ from symkin.cli.options import (
     option,
     printed_length_of,
     refuse_unless,
-    several_of,
     share_of,
     with_sensor_table,
 )
@@ -99,7 +96,6 @@ def identify(
         ),
     ] = None,
     gauge: GaugeOption = None,
-    assume: AssumeOption = None,
     confidence: ConfidenceOption = "0.95",
     noise: NoiseOption = None,
     cross_validate: Annotated[
@@ -167,7 +163,6 @@ def identify(
                 max_iterations=max_iterations,
                 **unknown.arguments(),
                 gauge=gauge,
-                assume=assumed_of(several_of(assume)),
                 confidence=share,
                 noise=noise,
             )
@@ -213,7 +208,6 @@ def identify_batch(
     loss_per: LossPerOption = None,
     unknown: Unknown,
     gauge: GaugeOption = None,
-    assume: AssumeOption = None,
     noise: NoiseOption = None,
     tolerances: TolerancesOption = None,
     out: Annotated[Path | None, folder_of("the table, a row a robot, and report.html")] = None,
@@ -261,7 +255,6 @@ def identify_batch(
                 max_iterations=max_iterations,
                 **unknown.arguments(),
                 gauge=gauge,
-                assume=assumed_of(several_of(assume)),
                 noise=noise,
                 tolerances=tolerances,
                 threads=threads,

@@ -152,7 +152,6 @@ PoseUseOption = Annotated[PoseUse, of("poses")]
 LossOption = Annotated[Loss, of("loss")]
 LossScaleOption = Annotated[float | None, of("loss_scale")]
 LossPerOption = Annotated[LossPer | None, of("loss_per")]
-AssumeOption = Annotated[list[str] | None, of("assume")]
 GaugeOption = Annotated[Gauge | None, of("gauge")]
 NoiseOption = Annotated[Literal["estimate"] | None, of("noise")]
 TolerancesOption = Annotated[Literal["estimate"] | None, of("tolerances")]
@@ -277,6 +276,7 @@ class Unknown:
     step: Annotated[list[str] | None, of("step")] = None
     growth: Annotated[bool | None, of("growth", "--growth")] = None
     backlash: Annotated[bool | None, of("backlash", "--backlash")] = None
+    assume: Annotated[list[str] | None, of("assume")] = None
 
     def arguments(self) -> Unknowns:
         """Read it, as arguments of `identify`."""
@@ -292,6 +292,7 @@ class Unknown:
             "step": several_of(self.step),
             "growth": self.growth,
             "backlash": self.backlash,
+            "assume": assumed_of(several_of(self.assume)),
         }
 
 

@@ -9,6 +9,7 @@ the device's scale, a bed that is taken as flat. Least squares answers to first 
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,11 +17,20 @@ from numpy.typing import NDArray
 from symkin import _core
 from symkin.errors import SymkinError
 from symkin.estimate.problem import Problem
-from symkin.estimate.unknowns import BED, SCALE
+from symkin.estimate.unknowns import BED, SCALE, Layout
 from symkin.model.core_setup import scalar_values
 from symkin.values import Value, record
 
-__all__ = ["Assumed", "assumed_of", "inverse_of", "sizes_of", "whitened_rows"]
+__all__ = [
+    "Assumed",
+    "assumed_of",
+    "inverse_of",
+    "moved_by",
+    "sizes_of",
+    "whitened_rows",
+    "widened",
+    "with_assumed",
+]
 
 Array = NDArray[np.float64]
 _RANK = 1e-12  # of the largest eigenvalue, with the unknowns in their typical sizes
@@ -61,46 +71,71 @@ def assumed_of(problem: Problem, fit: _core.JointFit) -> tuple[Assumed, ...]:
     declared = layout.declared(problem.options.assume or {})
     if not declared:
         return ()
+    rows = whitened_rows(problem.with_layout(layout.of_every_scalar()), fit)
+    heights = problem.measurements.heights
+    touched = np.zeros(len(rows), dtype=bool) if heights is None else np.isfinite(heights)
+    touched &= np.isfinite(fit.poses).all(axis=1)
+    return moved_by(declared, layout, rows, scalar_values(fit.setup), fit.poses, touched)
+
+
+def moved_by(
+    declared: Mapping[str, tuple[str, float]],
+    layout: Layout,
+    rows: Array,
+    values: Array,
+    poses: Array,
+    touched: NDArray[np.bool_],
+) -> tuple[Assumed, ...]:
+    """How far estimates go with what was declared, see `Layout.declared`.
+
+    From whitened rows of every scalar, shape (N, r, scalars), which have these values, and the
+    poses, of which some were found as heights above a bed.
+    """
     named = np.array([bool(name) for name in layout.scalars])
-    each = np.where(named, np.cumsum(named) - 1, -1)
-    alone = dataclasses.replace(
-        layout,
-        column=each,
-        names=tuple(name for name in layout.scalars if name),
-        prior=np.full(int(named.sum()), np.inf),
-        ties=(),
-    )
-    rows = whitened_rows(problem.with_layout(alone), fit)
-    onto = layout.by_columns[named]
-    own = rows @ onto
+    own = rows @ layout.by_columns[named]
     information = np.einsum("nri,nrj->ij", own, own) + np.diag(layout.prior**-2.0)
-    answer = inverse_of(information, sizes_of(problem))
+    answer = inverse_of(information, sizes_of(layout))
     found = []
     for name, (unit, deviation) in declared.items():
-        changed = _changed_rows(problem, fit, rows, named, name)
+        if name == SCALE:
+            # Whatever a larger metre measures, a larger robot explains, all of whose lengths are.
+            changed = rows @ (values * layout.length_powers)[named]
+        elif name == BED:
+            changed = _bowed(layout, rows, poses, touched)
+        else:
+            changed = rows[:, :, _place_of(name, layout)]
         moves = answer @ np.einsum("nri,nr->i", own, changed)
         found.append(Assumed(name, unit, deviation, moves))
     return tuple(found)
 
 
-def _changed_rows(
-    problem: Problem, fit: _core.JointFit, rows: Array, named: NDArray[np.bool_], name: str
-) -> Array:
-    """Change of the whitened rows, observed less model, for a unit of what was assumed."""
-    layout = problem.layout
-    if name == SCALE:
-        # Whatever a larger metre measures, a larger robot explains, all of whose lengths are.
-        return rows @ (scalar_values(fit.setup) * layout.length_powers)[named]
-    scalars = [each for each in layout.scalars if each]
-    if name != BED:
-        return np.asarray(rows[:, :, scalars.index(name)])
-    heights = problem.measurements.heights
-    touched = np.zeros(len(rows), dtype=bool) if heights is None else np.isfinite(heights)
-    touched &= np.isfinite(fit.poses).all(axis=1)
+def _place_of(name: str, layout: Layout) -> int:
+    return [each for each in layout.scalars if each].index(name)
+
+
+def _bowed(layout: Layout, rows: Array, poses: Array, touched: NDArray[np.bool_]) -> Array:
+    """Change of the whitened rows with the height of a bed's rim above its middle."""
     if not touched.any():
         raise SymkinError(f'assume "{BED}" is of a bed that was probed; no height was observed')
-    squares = np.where(touched, np.sum(fit.poses[:, :2] ** 2, axis=1), 0.0)
-    return np.asarray(rows[:, :, scalars.index("plane.c0")] * (squares / squares.max())[:, None])
+    squares = np.where(touched, np.sum(poses[:, :2] ** 2, axis=1), 0.0)
+    plane = rows[:, :, _place_of("plane.c0", layout)]
+    return np.asarray(plane * (squares / squares.max())[:, None])
+
+
+def with_assumed(covariance: Array, assumed: Sequence[Assumed]) -> Array:
+    """Covariance of the unknowns without what was assumed, and of that, beside each other."""
+    columns = len(covariance)
+    known = np.diag([0.0] * columns + [each.deviation**2 for each in assumed])
+    known[:columns, :columns] = covariance
+    return known
+
+
+def widened(covariance: Array, assumed: Sequence[Assumed]) -> Array:
+    """Covariance of the unknowns, with what was assumed."""
+    total = np.array(covariance)
+    for each in assumed:
+        total += each.deviation**2 * np.outer(each.moves, each.moves)
+    return total
 
 
 def whitened_rows(problem: Problem, fit: _core.JointFit) -> Array:
@@ -112,9 +147,9 @@ def whitened_rows(problem: Problem, fit: _core.JointFit) -> Array:
     return np.nan_to_num(rows)
 
 
-def sizes_of(problem: Problem) -> Array:
-    """Typical sizes of the unknowns."""
-    tolerances, priors = problem.layout.column_tolerances, problem.layout.prior
+def sizes_of(layout: Layout) -> Array:
+    """Typical sizes of the unknowns: tolerances, else priors, else a millimetre."""
+    tolerances, priors = layout.column_tolerances, layout.prior
     return np.where(tolerances > 0, tolerances, np.where(np.isfinite(priors), priors, 1e-3))
 
 

@@ -18,7 +18,7 @@ from symkin.analysis.promises import anywhere, promised
 from symkin.analysis.reflectors import is_tracked
 from symkin.analysis.workspace import sample_workspace
 from symkin.errors import SymkinError
-from symkin.estimate.assumed import inverse_of, sizes_of, whitened_rows
+from symkin.estimate.assumed import inverse_of, sizes_of, whitened_rows, with_assumed
 from symkin.estimate.blunders import without_blunders
 from symkin.estimate.found import Found
 from symkin.estimate.problem import KINDS, Problem
@@ -246,12 +246,7 @@ def _budget(found: Found, effects: Array, known: Array) -> tuple[BudgetLine, ...
 def promising(found: Found, robot: Mechanism) -> tuple[Survey, Array]:
     """What the errors to expect follow from: effects, and the covariance of their columns."""
     survey = dataclasses.replace(survey_of(found, robot), assumed=found.assumed)
-    columns = len(found.names)
-    known = np.zeros((columns + len(found.assumed),) * 2)
-    known[:columns, :columns] = found.observed_covariance
-    for i, each in enumerate(found.assumed, columns):
-        known[i, i] = each.deviation**2
-    return survey, known
+    return survey, with_assumed(found.observed_covariance, found.assumed)
 
 
 def survey_of(found: Found, robot: Mechanism, observed: Observable = "pose") -> Survey:
@@ -337,7 +332,7 @@ class Influence(Value):
         elif options.loss != "none":
             return None
         rows = whitened_rows(problem, fit)
-        sizes = sizes_of(problem)
+        sizes = sizes_of(problem.layout)
         information = np.einsum("nri,nrj->ij", rows, rows) + np.diag(problem.layout.prior**-2.0)
         covariance = inverse_of(information, sizes)
         deviations = np.sqrt(np.diag(covariance))
@@ -369,7 +364,7 @@ def _gradient(problem: Problem, fit: _core.JointFit, pose: int, deviations: Arra
     times it: the estimator's own elimination of the pose tells, whatever was observed.
     """
     layout = problem.layout
-    held = _HELD * np.where(deviations > 0, deviations, sizes_of(problem))
+    held = _HELD * np.where(deviations > 0, deviations, sizes_of(problem.layout))
     alone = _core.fit_jointly(
         problem.mechanism.straight,
         fit.setup,

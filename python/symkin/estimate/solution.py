@@ -15,7 +15,7 @@ from symkin.analysis.homes import with_usable_home
 from symkin.analysis.observability import name_combination
 from symkin.data.measurements import Measurements
 from symkin.errors import FailedFitError, SymkinError, SymmetryError
-from symkin.estimate.assumed import assumed_of
+from symkin.estimate.assumed import assumed_of, widened
 from symkin.estimate.blunders import estimated_noise, without_blunders
 from symkin.estimate.conflict import (
     LIMIT,
@@ -49,9 +49,7 @@ def together(mechanism: Mechanism, measurements: Measurements, options: Estimate
     if options.noise == "estimate":
         problem, fit = estimated_noise(problem, fit)
     known, assumed = _Known.of(problem, fit), assumed_of(problem, fit)
-    total = known.covariance + sum(
-        each.deviation**2 * np.outer(each.moves, each.moves) for each in assumed
-    )
+    total = widened(known.covariance, assumed)
     values, deviations, signs, calibrated = _calibrated(mechanism, problem, fit, total)
     with np.errstate(invalid="ignore"):
         declared = np.append(np.sqrt(np.diag(known.model)), np.nan)[problem.layout.column]

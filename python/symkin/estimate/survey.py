@@ -11,6 +11,7 @@ from typing import Any, TypedDict
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from symkin import _core
 from symkin.analysis.observability import name_combination
 from symkin.analysis.observed import Observable, Observed
 from symkin.analysis.promises import (
@@ -24,13 +25,13 @@ from symkin.analysis.promises import anywhere as largest_anywhere
 from symkin.analysis.reflectors import with_tracking_defaults
 from symkin.data.measurements import Measurements
 from symkin.errors import NotIdentifiableError, SymkinError
-from symkin.estimate.assumed import Assumed
+from symkin.estimate.assumed import Assumed, moved_by, sizes_of, widened
 from symkin.estimate.covariates import Covariate, observations_of, slopes_of
 from symkin.estimate.options import EstimateOptions
 from symkin.estimate.problem import Problem, layout_of
 from symkin.estimate.starting import starting_poses
 from symkin.estimate.unknowns import BED, SCALE, Layout, Priors, Sensor, with_file_settings
-from symkin.model.core_setup import core_setup
+from symkin.model.core_setup import core_setup, scalar_values
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import frame, pose_rows, transforms
 from symkin.model.settings import Frames, unusual
@@ -59,7 +60,6 @@ _BLOCK = 4096  # poses whose effects are held together
 SILENT = 0.9  # of a prior's deviation: the data will say next to nothing
 _TRACKED = frozenset({"pose", "position", "distance", "height"})  # positions beside points
 _BESIDE = (SCALE, BED, "target", "plane")  # are no part of the robot
-_FRAME = 1e-3  # m or rad, the size of what has neither tolerance nor prior
 PRIORS_HOLD = 'prior "tolerances" holds parameters; a prior of its own, or fixed, anything'
 
 
@@ -77,6 +77,7 @@ class Unknowns(TypedDict, total=False):
     step: Sequence[str] | None
     growth: bool | None
     backlash: bool | None
+    assume: Mapping[str, float | str] | None
 
 
 def form_of(effects: Array) -> Array:
@@ -231,9 +232,7 @@ class Survey(Value):
     @property
     def scale(self) -> Array:
         """A typical size of each unknown: its tolerance, else its prior, else a small one."""
-        tolerances = self.layout.column_tolerances
-        others = np.where(np.isfinite(self.priors), self.priors, _FRAME)
-        return np.where(tolerances > 0, tolerances, others)
+        return sizes_of(dataclasses.replace(self.layout, prior=self.priors))
 
     @property
     def prior_information(self) -> Array:
@@ -252,6 +251,15 @@ class Survey(Value):
         NotIdentifiableError
             If no pose says anything.
         """
+        rows = self._rows(self.layout, poses, read)
+        if not rows.shape[1]:
+            raise NotIdentifiableError(
+                f"some pose explains any {', '.join(self.observed.kinds)} and readings, so they "
+                "say nothing of what is unknown; observe more of the poses"
+            )
+        return rows
+
+    def _rows(self, layout: Layout, poses: Array, read: NDArray[np.bool_] | None) -> Array:
         mechanism = self.mechanism
         readings = mechanism.inverse_kinematics(poses)
         reached = np.asarray(np.isfinite(readings).all(axis=1))
@@ -266,15 +274,12 @@ class Survey(Value):
         seen = self.observed.exact(exact)
         taken = observations_of(seen, mechanism.noise, self.covariates)
         places = np.where(reached[:, None], poses, np.nan)
-        slopes = slopes_of(self.covariates, len(mechanism.legs))
-        setup = core_setup(mechanism, slopes=slopes)
-        rows = self.layout.rows_of(mechanism.core, setup, taken, places)
-        if not rows.shape[1]:
-            raise NotIdentifiableError(
-                f"some pose explains any {', '.join(self.observed.kinds)} and readings, so they "
-                "say nothing of what is unknown; observe more of the poses"
-            )
-        return rows
+        return layout.rows_of(mechanism.core, self._setup, taken, places)
+
+    @property
+    def _setup(self) -> _core.Setup:
+        slopes = slopes_of(self.covariates, len(self.mechanism.legs))
+        return core_setup(self.mechanism, slopes=slopes)
 
     def measured_rows(self, measured: Measurements) -> Array:
         """Rows of what is measured already, of any kind, without poses that no start is found for.
@@ -283,6 +288,10 @@ class Survey(Value):
         -------
         ndarray, shape (k, r, unknowns)
         """
+        return self._measured_rows(self.layout, measured)[0]
+
+    def _measured_rows(self, layout: Layout, measured: Measurements) -> tuple[Array, Array]:
+        """Rows, and the poses that they are of."""
         if self.covariates:
             raise SymkinError(
                 "what changes while poses are measured cannot be planned beside poses that were "
@@ -291,8 +300,41 @@ class Survey(Value):
         problem = Problem.of(self.mechanism, measured, self.options)
         setup, seen = problem.setup, problem.observations
         places = starting_poses(self.mechanism, setup, measured, problem.noise)
-        rows = self.layout.rows_of(self.mechanism.core, setup, seen, places)
-        return rows[np.isfinite(rows).all(axis=(1, 2))]
+        rows = layout.rows_of(self.mechanism.core, setup, seen, places)
+        found = np.isfinite(rows).all(axis=(1, 2))
+        return rows[found], places[found]
+
+    def assuming(
+        self,
+        poses: Array,
+        read: NDArray[np.bool_] | None = None,
+        measured: Measurements | None = None,
+    ) -> Survey:
+        """Return the survey with what `assume` declares, on which an estimate from poses rests.
+
+        The arguments are those of `rows`, and what is measured already.
+
+        Raises
+        ------
+        SymkinError
+            For names that are estimated, or a bed that will not be probed.
+        """
+        declared = self.layout.declared(self.options.assume or {})
+        if not declared:
+            return self
+        every = self.layout.of_every_scalar()
+        parts = [(self._rows(every, poses, read), poses)]
+        parts += [] if measured is None else [self._measured_rows(every, measured)]
+        most = max(rows.shape[1] for rows, _ in parts)
+        rows = np.concatenate(
+            [np.pad(each, ((0, 0), (0, most - each.shape[1]), (0, 0))) for each, _ in parts]
+        )
+        places = np.concatenate([each for _, each in parts])
+        touched = np.full(len(places), "height" in self.observed.kinds)
+        layout = dataclasses.replace(self.layout, prior=self.priors)
+        values = scalar_values(self._setup)
+        found = moved_by(declared, layout, rows, values, places, touched)
+        return dataclasses.replace(self, assumed=found)
 
     def covariance(self, rows: Sequence[Array]) -> Array:
         """Covariance of the unknowns that rows and priors promise.
@@ -377,8 +419,8 @@ class Survey(Value):
         return np.asarray(position + self.mechanism.characteristic_length**2 * orientation)
 
     def promised(self, covariance: Array) -> tuple[PlannedUnknown, ...]:
-        """How well each unknown will be known."""
-        layout = self.layout
+        """How well each unknown will be known, with what was assumed."""
+        layout, covariance = self.layout, widened(covariance, self.assumed)
         tolerances = layout.column_tolerances
         values = (
             np.sqrt(np.diag(covariance)),

@@ -203,6 +203,17 @@ class Layout(Value):
         )
         return np.asarray(rows.jacobian.reshape(len(poses), -1, len(self.names)))
 
+    def of_every_scalar(self) -> Layout:
+        """The layout in which every scalar that there is has a column of its own."""
+        named = np.array([bool(name) for name in self.scalars])
+        return replace(
+            self,
+            column=np.where(named, np.cumsum(named) - 1, -1),
+            names=tuple(name for name in self.scalars if name),
+            prior=np.full(int(named.sum()), np.inf),
+            ties=(),
+        )
+
     @property
     def by_columns(self) -> Array:
         """How the scalars move with the columns, shape (scalars, columns)."""

@@ -13,6 +13,7 @@ from symkin.analysis.promises import ExpectedAccuracy
 from symkin.analysis.workspace import WorkspaceSample
 from symkin.data.measurements import ALL_LEGS, Measurements
 from symkin.errors import SymkinError, one_of
+from symkin.estimate.assumed import with_assumed
 from symkin.estimate.identification import identify_legs
 from symkin.estimate.options import Estimator, PoseUse
 from symkin.estimate.survey import Observing, Survey, Unknowns
@@ -76,8 +77,9 @@ def predict_accuracy(
         tenths of a second.
     observe, **unknowns
         What will be observed and what is unknown, see `make_plan`; by default what the plan was
-        made for. What is held has no error, and priors count. The error is that of the target in
-        the device's frame, at given readings: without frames, of the platform in the robot's own.
+        made for. What is held has no error but what `assume` declares, and priors count. The error
+        is that of the target in the device's frame, at given readings: without frames, of the
+        platform in the robot's own.
 
     Raises
     ------
@@ -88,16 +90,19 @@ def predict_accuracy(
         observed or unknown.
     """
     mechanism = as_mechanism(mechanism)
-    survey = Survey.of(mechanism, plan.poses, observe, unknowns)
-    if survey is None and plan.basis is not None and plan.basis.survey is not None:
-        made_for = plan.basis.survey
+    made_for = None if plan.basis is None else plan.basis.survey
+    said = observe is not None or any(each is not None for each in unknowns.values())
+    if made_for is not None and not said:
         survey = Survey.of(mechanism, plan.poses, made_for.observed, made_for.asked)
+    else:
+        survey = Survey.of(mechanism, plan.poses, observe, unknowns)
     if survey is not None:
         require_joint(estimator)
         survey = survey.in_order(plan.poses[~plan.spare])
+        survey = survey_assuming(survey, plan, poses=poses, measured=measured)
         rows = survey_rows(survey, plan, poses=poses, measured=measured)
-        covariance = survey.covariance(rows)
-        return survey.expected(workspace, covariance, confidence=confidence, anywhere=anywhere)
+        known = with_assumed(survey.covariance(rows), survey.assumed)
+        return survey.expected(workspace, known, confidence=confidence, anywhere=anywhere)
     wanted = ~plan.spare
     parts = [(plan.poses[wanted], plan.readings[wanted], plan.leg_sets[wanted])]
     if measured is not None:
@@ -137,10 +142,28 @@ def survey_rows(
     measured: Measurements | None = None,
 ) -> list[NDArray[np.float64]]:
     """Rows of a survey that a plan's poses and what is measured bring, see `predict_accuracy`."""
-    wanted = ~plan.spare
-    sets = plan.leg_sets[wanted, None]
-    own = (sets == ALL_LEGS) | (sets == np.arange(plan.readings.shape[1]))
-    rows = [survey.rows(plan.poses[wanted], own if poses == "own" else None)]
+    rows = [survey.rows(*_poses_of(plan, poses))]
     if not np.isfinite(rows[0]).all():
         raise SymkinError("a pose of the plan is out of the nominal robot's reach")
     return rows if measured is None else [*rows, survey.measured_rows(measured)]
+
+
+def survey_assuming(
+    survey: Survey,
+    plan: PlannedPoses,
+    *,
+    poses: PoseUse = "all",
+    measured: Measurements | None = None,
+) -> Survey:
+    """A survey with what was declared of what it holds, see `Survey.assuming`."""
+    return survey.assuming(*_poses_of(plan, poses), measured)
+
+
+def _poses_of(
+    plan: PlannedPoses, poses: PoseUse
+) -> tuple[NDArray[np.float64], NDArray[np.bool_] | None]:
+    """Poses that are wanted, and which readings are taken there; None if all are."""
+    wanted = ~plan.spare
+    sets = plan.leg_sets[wanted, None]
+    own = (sets == ALL_LEGS) | (sets == np.arange(plan.readings.shape[1]))
+    return plan.poses[wanted], own if poses == "own" else None

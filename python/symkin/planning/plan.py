@@ -28,7 +28,7 @@ from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import pose_rows
 from symkin.options import checks
-from symkin.planning.accuracy import predict_accuracy, survey_rows
+from symkin.planning.accuracy import predict_accuracy, survey_assuming, survey_rows
 from symkin.planning.basis import PlanBasis
 from symkin.planning.drift import drift_shown
 from symkin.planning.visiting import travel_length
@@ -153,7 +153,8 @@ class Plan(Result):
         """How well each unknown will be known; empty for full poses and all parameters."""
         if self._survey is None:
             return ()
-        return self._survey.promised(self._survey.covariance(self._survey_rows))
+        survey = survey_assuming(self._survey, self, measured=self.measured)
+        return survey.promised(survey.covariance(self._survey_rows))
 
     @cached_property
     def unseen(self) -> tuple[str, ...]:

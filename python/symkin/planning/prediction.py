@@ -34,6 +34,7 @@ _POINTS = 25  # of a curve
 _LARGEST = 10  # times as many poses as parameters, of a curve
 _MOST = 50  # the same, when an accuracy asks for them
 _LEAST_HELP = 0.01  # share of the error that a remedy takes away
+_OF_SURVEY = ("observe", *Unknowns.__annotations__)
 _OF_PREDICTION = ("estimator", "poses", "confidence")  # settings that choose no poses
 
 
@@ -415,7 +416,7 @@ def _predicted(
 def _remedies(
     curve: PoseCountCurve, point: _Point, limits: NDArray[np.float64]
 ) -> tuple[Remedy, ...]:
-    """Changes of noise and estimate that make the error smaller, the most helpful first."""
+    """Changes of noise, estimate and assumptions that make the error smaller, the best first."""
     mechanism, settings = curve.mechanism, curve.settings
     noise = mechanism.noise
     changes: list[tuple[str, Mechanism, dict[str, Any]]] = [
@@ -436,6 +437,17 @@ def _remedies(
     if settings["estimator"] != "joint":
         joint = {"estimator": "joint", "poses": "all"}
         changes.append(("the estimator joint", mechanism, joint))
+    survey = curve.survey
+    assumed = dict((survey and survey.options.assume) or {})
+    of_survey = {name: settings[name] for name in _OF_SURVEY if name in settings}
+    changes += [
+        (
+            f"{name} known, of which {declared} is assumed",
+            mechanism,
+            {**of_survey, "assume": {key: assumed[key] for key in assumed if key != name}},
+        )
+        for name, declared in assumed.items()
+    ]
     before = bounds_of(point.accuracy)
     binding = np.isfinite(limits)
     found = []

@@ -421,10 +421,14 @@ def needed_poses_page(needed: NeededPoses) -> Page:
         f"the noise would have to be {significant(needed.excess, 2)} times smaller, or the "
         "accuracy that much coarser"
     )
-    if curve.survey is not None and np.isfinite(curve.survey.priors).any():
+    survey = curve.survey
+    if survey is not None and (survey.options.assume or np.isfinite(survey.priors).any()):
+        left = "the priors do not leave"
+        if survey.options.assume:
+            left = "is not due to what is assumed"
         doubt = (
             f"the errors are {significant(needed.excess, 2)} times what is wanted; less noise "
-            "makes that part of them alone smaller which the priors do not leave"
+            f"makes that part of them alone smaller which {left}"
         )
     doubts, remark = _held(mechanism, curve.survey, curve.held, expected)
     headlines = [

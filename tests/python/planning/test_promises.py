@@ -11,6 +11,7 @@ from symkin.cli import app
 from symkin.cli.options import share_of
 from symkin.errors import SymkinError
 from symkin.estimate.fit import as_mechanism
+from symkin.model.settings import IdentificationSettings
 
 ROBOTS = 4000
 
@@ -203,3 +204,46 @@ def test_the_robust_loss_is_cauchy_s(paper):
     assert symkin.identify(paper, made, loss="robust") == symkin.identify(
         paper, made, loss="cauchy"
     )
+
+
+ASSUMED = {"scale": 1e-4, "target": "0.2 mm"}
+
+
+def test_a_plan_promises_what_an_estimate_from_it_does_with_what_is_assumed(paper):
+    sample = symkin.sample_workspace(paper, 1500, seed=3)
+    plan = symkin.make_plan(paper, sample, 40, assume=ASSUMED)
+    found = symkin.identify(paper, symkin.simulate(paper, plan, 1), assume=ASSUMED)
+    assert plan.expected.position == pytest.approx(found.expected.position, rel=0.02)
+    assert plan.expected.position_bound == pytest.approx(found.expected.position_bound, rel=0.02)
+    for planned, own in zip(plan.unknowns, found.first_unknowns, strict=True):
+        assert planned.name == own.name
+        assert planned.deviation == pytest.approx(own.deviation, rel=0.15)
+    file = paper.replace(identification=IdentificationSettings(assume=ASSUMED))
+    assert symkin.make_plan(file, sample, 40).expected == plan.expected
+    exact = symkin.make_plan(file, sample, 40, assume={}).expected
+    assert plan.expected.position > np.sqrt(2) * 2e-4 > 3 * exact.position
+
+
+def test_poses_that_cannot_be_enough_are_told_what_is_assumed(paper):
+    sample = symkin.sample_workspace(paper, 600, seed=3)
+    curve = symkin.pose_count_curve(paper, sample, [40, 400], assume=ASSUMED)
+    needed = curve.for_accuracy(position=1e-4)
+    assert needed.count is None
+    best = needed.remedies[0]
+    assert best.change == "target known, of which 0.2 mm is assumed"
+    assert best.enough
+    assert "is not due to what is assumed" in needed.text()
+
+
+def test_a_bow_is_promised_of_a_bed_that_is_probed_alone(paper):
+    delta = symkin.load_mechanism("linear_delta")
+    sample = symkin.sample_workspace(delta, 500, seed=1)
+    flat, bowed = (
+        symkin.make_plan(delta, sample, 40, observe="height", assume=assume).expected.position
+        for assume in (None, {"bed": "0.2 mm"})
+    )
+    assert bowed > 1.02 * flat
+    poses = symkin.sample_workspace(paper, 500, seed=3).poses
+    plan = symkin.make_plan(paper, poses, 24)
+    with pytest.raises(SymkinError, match="no height was observed"):
+        symkin.predict_accuracy(paper, plan, poses, assume={"bed": "1 mm"})
