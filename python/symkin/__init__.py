@@ -20,17 +20,15 @@ observability, evaluation), `symkin.estimate`, `symkin.planning`, `symkin.study`
 from __future__ import annotations
 
 import importlib
+import importlib.util
 from typing import TYPE_CHECKING, Any
 
-try:
-    from symkin import _core as _core
-except ModuleNotFoundError as error:
-    if error.name != "symkin._core":
-        raise
+# Only looked for: the core brings NumPy, which what needs neither need not wait for.
+if importlib.util.find_spec("symkin._core") is None:
     raise ImportError(
         "symkin's compiled core is missing; build the package with `make` or `pip install .` "
         "from the source directory"
-    ) from error
+    )
 
 if TYPE_CHECKING:
     from symkin.acceptance import accept, compare

@@ -3,10 +3,14 @@
 
 from __future__ import annotations
 
+import gc
 import importlib
+import os
 import sys
 
 from symkin.version import version
+
+_GARBAGE = 100_000  # objects; a command is over before many of them are
 
 
 def main() -> int:
@@ -14,6 +18,11 @@ def main() -> int:
     if sys.argv[1:] == ["--version"]:
         sys.stdout.write(f"symkin {version()}\n")
         return 0
+    gc.set_threshold(_GARBAGE)
+    # NumPy's own matrices are small here: its threads would wait for each other, and the core has
+    # threads of its own.
+    if "OMP_NUM_THREADS" not in os.environ:
+        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     code: int = importlib.import_module("symkin.cli").main()
     return code
 

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import contextlib
 import itertools
 import logging
@@ -54,6 +53,8 @@ def begun(calls: Sequence[tuple[Any, ...]], client: Any) -> Callable[[], list[An
 def dask_client(workers: int, scheduler: str | None = None) -> Iterator[Any]:
     """Connect to a scheduler, or start so many processes of one thread on this machine."""
     try:
+        import asyncio
+
         import dask
         from distributed import Client, LocalCluster
     except ImportError as error:
@@ -107,6 +108,8 @@ def dask_client(workers: int, scheduler: str | None = None) -> Iterator[Any]:
 
 async def _answer_of(scheduler: str) -> None:
     """Ask a scheduler what it is: a client would wait for ever where nobody speaks."""
+    import asyncio
+
     from distributed.core import rpc
     from distributed.security import Security
 

@@ -46,7 +46,8 @@ class Result(Value):
         files : sequence of str
             What was written there, which takes lines of the screen.
         """
-        page = dataclasses.replace(self.page(), files=files)
+        told = self.page() if whole else self.summary()
+        page = dataclasses.replace(told, files=files)
         return present.page_text(page, whole=whole, folder=folder)
 
     def __repr__(self) -> str:

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import functools
-from importlib import metadata
 
 __all__ = ["version"]
 
@@ -12,6 +11,8 @@ __all__ = ["version"]
 @functools.cache
 def version() -> str:
     """Return the version of the package that is installed."""
+    from importlib import metadata  # which takes long to import
+
     try:
         return metadata.version("symkin")
     except metadata.PackageNotFoundError:  # run from the source tree

@@ -52,8 +52,14 @@ def test_every_name_at_the_top_can_be_the_first_that_is_used() -> None:
 def test_importing_the_package_imports_hardly_anything_of_it() -> None:
     loaded = printed("import sys, symkin; print(*sys.modules)").split()
     own = {name for name in loaded if name.startswith("symkin")}
-    assert own == {"symkin", "symkin._core", "symkin.errors"}
-    assert not {"matplotlib", "pandas", "pyarrow", "tomllib", "typer"} & set(loaded)
+    assert own == {"symkin"}
+    assert not {"matplotlib", "numpy", "pandas", "pyarrow", "tomllib", "typer"} & set(loaded)
+
+
+def test_the_version_is_said_without_numpy() -> None:
+    code = "import sys; sys.argv = ['symkin', '--version']; import symkin.__main__ as entry; "
+    shown = printed(f"{code}entry.main(); print('numpy' in sys.modules)").splitlines()
+    assert shown == [f"symkin {symkin.__version__}", "False"]
 
 
 def test_the_top_of_the_package_is_small_and_completed() -> None:

@@ -32,21 +32,15 @@ from symkin.planning.plan import Plan
 from symkin.planning.prediction import NeededPoses, PoseCountCurve
 from symkin.planning.simulation import Simulation
 from symkin.show.acceptance import acceptance_page, comparison_of_calibrations_page
-from symkin.show.check import (
-    check_page,
-    check_summary,
-    comparison_page,
-    conditions_page,
-    detection_page,
-)
+from symkin.show.check import check_page, comparison_page, conditions_page, detection_page
 from symkin.show.estimate import estimate_page, estimate_summary
 from symkin.show.evaluation import cross_validation_page, evaluation_page
 from symkin.show.measurements import alignment_page, measurements_page, simulation_page
 from symkin.show.mechanism import mechanism_html
 from symkin.show.observability import observability_page
 from symkin.show.plan import needed_poses_page, plan_page, pose_count_page
-from symkin.show.run import fleet_page, run_page, run_summary
-from symkin.show.study import cost_page, study_page, study_summary
+from symkin.show.run import fleet_page, run_page
+from symkin.show.study import cost_page, study_page
 from symkin.show.symmetry import pairs_page, robot_symmetry_page
 from symkin.show.workspace import sample_page, workspace_page
 from symkin.study.cost import CostResult
@@ -79,13 +73,9 @@ PAGES: dict[type, Callable[[Any], present.Page]] = {
     WorkspaceStudy: workspace_page,
 }
 
-# The top of a page, of what takes long to tell in full.
-SUMMARIES: dict[type, Callable[[Any], present.Page]] = {
-    CheckResult: check_summary,
-    Estimate: estimate_summary,
-    ProtocolResult: run_summary,
-    StudyResult: study_summary,
-}
+# The top of a page, with the sections that the command line has tables of; of what takes long to
+# tell in full.
+SUMMARIES: dict[type, Callable[[Any], present.Page]] = {Estimate: estimate_summary}
 
 for kind, page in PAGES.items():
     present.page_of.register(kind, page)

@@ -56,7 +56,7 @@ _SOUND = 10  # condition number at home that needs no word
 
 
 def check_page(result: CheckResult) -> Page:
-    """Describe all that a check found."""
+    """Describe whether the legs are alike, and what it means for measuring."""
     mechanism, comparison = result.mechanism, result.comparison
     symmetry = symmetry_section(mechanism, comparison, result.groups, result.pairs)
     untested = [f"The conditions are not tested: {result.untested}."]
@@ -75,12 +75,6 @@ def check_page(result: CheckResult) -> Page:
         _identifiability(result),
         *(dataclasses.replace(each, details=True) for each in (symmetry, conditions)),
     ]
-    return dataclasses.replace(check_summary(result), sections=sections)
-
-
-def check_summary(result: CheckResult) -> Page:
-    """Describe whether the legs are alike, and what it means for measuring."""
-    mechanism, comparison = result.mechanism, result.comparison
     doubts = _doubts(result)
     exact = comparison.verdict == comparison.sensors == "exact"
     bad = result.blind or result.missing or result.unusable is not None
@@ -94,6 +88,7 @@ def check_summary(result: CheckResult) -> Page:
         notes=_notes(result),
         next_step="" if result.next_command else result.next_step,
         next_command=result.next_command,
+        sections=sections,
         inputs=sources(mechanism.source),
     )
 

@@ -64,16 +64,12 @@ _BLOCKS = {
 
 def estimate_page(found: Estimate) -> Page:
     """Tell an estimate."""
-    poses = found.latent_poses
+    top, poses = estimate_summary(found), found.latent_poses
     known = np.asarray(np.isfinite(poses).all(axis=1))
     read = np.isfinite(found.measurements.readings) & known[:, None]
     sets = [found.measurements.poses[fit.rows] for fit in found.legs]
     sections = [
-        parameter_section(found),
-        observation_section(found),
-        _accuracy_section(found),
-        *heights_section(found.heights),
-        _knowledge_section(found),
+        *top.sections,
         _pose_section(found),
         observability_section(
             found.nominal, sets or [poses[own] for own in read.T], symmetric=False
@@ -82,11 +78,11 @@ def estimate_page(found: Estimate) -> Page:
         robot_symmetry_section(found),
         mechanism_section(found.nominal, poses[known]),
     ]
-    return dataclasses.replace(estimate_summary(found), sections=sections)
+    return dataclasses.replace(top, sections=sections)
 
 
 def estimate_summary(found: Estimate) -> Page:
-    """Tell the answer, and whether to trust it."""
+    """Tell the answer, whether to trust it, and what of that has a table on the command line."""
     verdict, words = judgement(found)
     if found.trustworthy and found.heights is None:
         words += _known_before(found)
@@ -102,6 +98,13 @@ def estimate_summary(found: Estimate) -> Page:
         paragraphs=[_done(found), _degrees(found), *_promise(found), *_left_out(found)],
         next_step=_next_step(found),
         next_command=_next_command(found),
+        sections=[
+            parameter_section(found),
+            observation_section(found),
+            _accuracy_section(found),
+            *heights_section(found.heights),
+            _knowledge_section(found),
+        ],
         inputs=sources(found.nominal.source, found.measurements.source),
     )
 

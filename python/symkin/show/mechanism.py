@@ -378,7 +378,14 @@ def movable_data(
     nodes = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
     poses = _poses(mechanism, nodes)
     followed = workspace_coordinates(mechanism, poses)[:, bound]
-    codes, offset, step = _codes(mechanism, poses, inner, dimensions, followed)
+    _, parallel, conditions = mechanism.singularity_measures(poses)
+    readings = mechanism.inverse_kinematics(poses)
+    centres = _inner_centres(mechanism, poses, readings, inner, dimensions)
+    inside = inside_workspace(mechanism, poses)
+    states = _states(mechanism, poses, readings, inside, parallel)
+    offset, step = _scale(centres[inside] if inside.any() else centres)
+    coordinates = ((centres - offset) / step).reshape(len(poses), -1)
+    codes = np.hstack([states[:, None], _codes(conditions, coordinates, followed)])
     names = pose_coordinates(mechanism.space)
     home_values = mechanism.home_coordinates[list(mechanism.free)]
     assert mechanism.workspace is not None
@@ -405,7 +412,7 @@ def movable_data(
         "steps": _steps(mechanism, steps or {}, inner, dimensions),
         "rails": [None if each is None else _rounded(each) for each in rails],
         "inner": inner,
-        "error": _interpolation_error(mechanism, axes, poses) if not any(inner) else 0,
+        "error": _interpolation_error(mechanism, axes, conditions) if not any(inner) else 0,
         "offset": np.round(offset, 9).tolist(),
         "step": step,
         "decades": _DECADES,
@@ -452,10 +459,10 @@ def _span(values: Array) -> tuple[float, float]:
     return float(known.min()), float(np.ptp(known)) / _LARGEST or 1.0
 
 
-def _interpolation_error(mechanism: Mechanism, axes: list[Array], poses: Array) -> float:
+def _interpolation_error(mechanism: Mechanism, axes: list[Array], conditions: Array) -> float:
     """The largest relative error of the condition number between the nodes, at some poses."""
     shape = [len(axis) for axis in axes]
-    logarithms = np.log(mechanism.singularity_measures(poses)[2]).reshape(shape)
+    logarithms = np.log(conditions).reshape(shape)
     places = np.random.default_rng(0).uniform(0, np.array(shape) - 1, (_TRIED, len(axes)))
     steps = [np.arange(count, dtype=np.float64) for count in shape]
     between = interpolated(steps, logarithms[..., np.newaxis], places)[:, 0]
@@ -468,28 +475,17 @@ def _interpolation_error(mechanism: Mechanism, axes: list[Array], poses: Array) 
         return float(np.nanmax(np.abs(np.exp(between) / exact - 1)))
 
 
-def _codes(
-    mechanism: Mechanism, poses: Array, inner: list[int], dimensions: int, followed: Array
-) -> tuple[NDArray[np.int64], Array, float]:
-    """Characters of every node, and the scale of the inner joints' coordinates among them."""
-    readings = mechanism.inverse_kinematics(poses)
-    centres = _inner_centres(mechanism, poses, readings, inner, dimensions)
-    inside = inside_workspace(mechanism, poses)
-    offset, step = _scale(centres[inside] if inside.any() else centres)
+def _codes(conditions: Array, coordinates: Array, followed: Array) -> NDArray[np.int64]:
+    """Characters of every node after its state."""
     with np.errstate(invalid="ignore", divide="ignore"):
-        condition = mechanism.singularity_measures(poses)[2]
-        logarithm = np.log10(condition) * _LARGEST / _DECADES
-        coordinates = (centres - offset) / step
+        logarithm = np.log10(conditions) * _LARGEST / _DECADES
     least, unit = np.array([_span(each) for each in followed.T]).reshape(-1, 2).T
-    numbers = np.hstack(
-        [logarithm[:, None], coordinates.reshape(len(poses), -1), (followed - least) / unit]
-    )
+    numbers = np.hstack([logarithm[:, None], coordinates, (followed - least) / unit])
     known = np.isfinite(numbers)
     numbers[:, :1] = np.clip(numbers[:, :1], 0, _LARGEST)
     drawn = known & (numbers >= 0) & (numbers <= _LARGEST)
     whole = np.where(drawn, np.round(np.where(drawn, numbers, 0)), _NONE).astype(np.int64)
-    pairs = np.stack([whole // 64, whole % 64], axis=-1).reshape(len(poses), -1)
-    return np.hstack([_states(mechanism, poses, readings, inside)[:, None], pairs]), offset, step
+    return np.stack([whole // 64, whole % 64], axis=-1).reshape(len(conditions), -1)
 
 
 def _steps(
@@ -539,17 +535,15 @@ def _scale(centres: Array) -> tuple[Array, float]:
 
 
 def _states(
-    mechanism: Mechanism, poses: Array, readings: Array, inside: NDArray[np.bool_]
+    mechanism: Mechanism, poses: Array, readings: Array, inside: NDArray[np.bool_], parallel: Array
 ) -> NDArray[np.int64]:
     """What speaks against each pose, as the sampling of the workspace asks, by its place."""
     with np.errstate(invalid="ignore"):
         beyond = ~np.isfinite(readings).all(axis=1)
         margin = (_core.reach_margin(mechanism.core, poses) < least_reach_margin(mechanism)).any(1)
         stopped = ~mechanism.within_limits(readings).all(axis=1)  # or beyond, which comes first
-        here, at_home = (
-            mechanism.singularity_measures(each)[1] for each in (poses, mechanism.home)
-        )
-        other = (here * at_home <= 0) & (not mechanism.core.redundant)
+        at_home = mechanism.singularity_measures(mechanism.home)[1]
+        other = (parallel * at_home <= 0) & (not mechanism.core.redundant)
     causes = [inside, beyond, margin, stopped, other]
     return np.select(causes, range(len(causes)), default=len(causes)).astype(np.int64)
 

@@ -49,7 +49,7 @@ _TOLD = 5  # of a fleet's doubts, and robots of each
 
 
 def run_page(result: ProtocolResult) -> Page:
-    """Tell a run of the protocol on a simulated robot."""
+    """Tell what a run of the protocol on a simulated robot achieved."""
     nominal, plan, poses = result.nominal, result.plan, result.plan.leg_poses()
     symmetric = plan.basis is not None and plan.basis.symmetrical
     sections = [
@@ -62,12 +62,7 @@ def run_page(result: ProtocolResult) -> Page:
         symmetry_section(nominal),
         mechanism_section(nominal, result.candidates.poses[:1]),
     ]
-    return dataclasses.replace(run_summary(result), sections=sections)
-
-
-def run_summary(result: ProtocolResult) -> Page:
-    """Tell what was achieved, and whether to trust it."""
-    nominal, found = result.nominal, result.identification
+    found = result.identification
     verdict, words = judgement(found)
     return Page(
         title=f"{nominal.name}: identification of a simulated robot",
@@ -83,6 +78,7 @@ def run_summary(result: ProtocolResult) -> Page:
             "like measurements.csv, and identify"
         ),
         next_command=f"symkin identify {typed_name(nominal)} measured.csv --out identified",
+        sections=sections,
         inputs=sources(nominal.source),
     )
 

@@ -33,23 +33,17 @@ _FEW = 40  # cells that a figure can name
 
 def study_page(result: StudyResult) -> Page:
     """Describe what a study of simulated robots found."""
-    summary = study_summary(result)
+    off = _off_cells(result)
+    doubts = _doubts(result, off)
     if result.extension is not None:
         told: Page = result.extension[1].page(result, result.findings)
-        return dataclasses.replace(told, notes=[summary.judgement, *summary.doubts])
+        return dataclasses.replace(told, notes=[_judgement(result, off), *doubts])
     sections = [
         *map(_recommendation, result.recommendations),
         *_curves(result),
         *_protocols(result),
         _cells(result),
     ]
-    return dataclasses.replace(summary, sections=sections)
-
-
-def study_summary(result: StudyResult) -> Page:
-    """Describe the robots and cells of a study, and whether they agree with the predictions."""
-    off = _off_cells(result)
-    doubts = _doubts(result, off)
     return Page(
         title=result.definition.title or result.definition.name or "Study",
         subtitle=", ".join(result.definition.loaded),
@@ -62,6 +56,7 @@ def study_summary(result: StudyResult) -> Page:
         if (command := _next(result))
         else "",
         next_command=command,
+        sections=sections,
     )
 
 

@@ -35,6 +35,16 @@ def run(request):
     return request.getfixturevalue(f"{name}_result"), request.getfixturevalue(f"{name}_page")
 
 
+def test_a_first_screen_needs_nothing_that_the_page_alone_tells(run, monkeypatch):
+    def asked(*_):
+        raise AssertionError
+
+    found = run[0].identification
+    whole = found.page()
+    monkeypatch.setattr("symkin.show.estimate.robot_symmetry_section", asked)
+    assert found.text() == page_text(whole)
+
+
 def test_the_page_is_self_contained(run):
     run[1].assert_self_contained()
 
