@@ -252,14 +252,16 @@ def _shortened(line: str, width: int) -> str:
 
 def _cut(table: Table, room: int) -> str:
     """The table with the rows and columns that there is room for; empty without a few."""
-    rows = [row for group in table.groups for row in group.rows]
-    headed = len(rows) + sum(bool(group.title) for group in table.groups)
-    limit = min(table.brief_rows or headed, headed)
+    rows: list[Sequence[str]] = []
+    for group in table.groups:
+        rows += [[group.title]] * bool(group.title) + list(group.rows)
+    limit = min(table.brief_rows or len(rows), len(rows))
     while limit >= min(len(rows), _LEAST_ROWS):
         told = table
-        if limit < headed:
-            left = f"and {len(rows) - limit + 1} {table.others}"
-            told = replace(table, groups=[Group([*rows[: limit - 1], [left]])])
+        if limit < len(rows):
+            left = sum(len(row) > 1 for row in rows[limit - 1 :])
+            cut = [*rows[: limit - 1], [f"and {left} {table.others}"]]
+            told = replace(table, groups=[Group(cut)])
         text = table_text(told, _width())
         if _height(text) <= room:
             return text

@@ -22,7 +22,8 @@ from symkin.planning import Plan
 from symkin.planning.accuracy import set_name
 from symkin.present import Group, Image, Page, Section, Table
 from symkin.show.images import plotted
-from symkin.show.wording import count, plural, share, significant, sources
+from symkin.show.units import on_paper
+from symkin.show.wording import count, given, milli, plural, share, significant, sources
 
 _CAUSES = {
     "reach": "out of a leg's reach, or too near its limits",
@@ -79,7 +80,7 @@ def elements_table(
             count(found.tested),
             count(found.inside),
             count(found.mismatches),
-            f"{found.reading_deviation:.2g} {unit}",
+            milli(found.reading_deviation, unit),
         )
         for found in elements
     ]
@@ -99,7 +100,7 @@ def sample_page(sample: WorkspaceSample) -> Page:
         title=f"{plural(len(sample), 'pose')} of a workspace",
         headlines=[
             ("Workspace", f"{100 * sample.share:.1f}%", "of its box"),
-            ("Legs", str(sample.readings.shape[1]), f"readings in {sample.reading_unit}"),
+            ("Legs", str(sample.readings.shape[1]), "each with a reading"),
             ("Condition number", significant(float(np.median(sample.conditions))), "median"),
         ],
         sections=[Section("sampling", "Sampling", (), [sampling_table(sample), image])],
@@ -112,7 +113,7 @@ def workspace_page(study: WorkspaceStudy) -> Page:
     unit = mechanism.reading_unit
     doubts = [
         f"{check.element}: {check.mismatches} mismatches, readings differ by "
-        f"{check.reading_deviation:.2g} {unit}"
+        f"{milli(check.reading_deviation, unit)}"
         for check in study.elements
         if check.mismatches or check.reading_deviation >= READING_ROUNDING
     ]
@@ -125,7 +126,7 @@ def workspace_page(study: WorkspaceStudy) -> Page:
             ("Workspace", f"{100 * study.share:.1f}%", "of its box"),
             ("Carried onto itself by", ", ".join(study.workspace_group), "in its modes and aspect"),
             ("Mismatches", count(sum(each.mismatches for each in study.elements)), "theorem"),
-            ("Largest deviation", f"{worst:.2g} {unit}", "conjecture"),
+            ("Largest deviation", milli(worst, unit), "conjecture"),
         ],
         verdict="doubtful" if doubts else "good",
         judgement=(
@@ -154,16 +155,15 @@ def _symmetry_section(study: WorkspaceStudy) -> Section:
 def _slices_section(study: WorkspaceStudy) -> Section:
     groups = [Group([_slice_row(found) for found in row.slices], row.title) for row in study.modes]
     mechanism = study.mechanism
-    unit = "rad" if mechanism.bound else mechanism.space.closure_unit
-    area = f"Workspace, {unit}\N{SUPERSCRIPT TWO}"
-    first, title = "Orientation, rad", "Constant orientations"
-    what = "Constant-orientation workspaces"
+    at, across = (on_paper(unit)[1] for unit in study.modes[0].slices[0].units)
+    first, title, what = "Orientation", "Constant orientations", "Constant-orientation workspaces"
     if not mechanism.space.moves:
-        first, title, what = "rz, rad", "Slices", "Slices of the workspace at constant rz"
+        first, title, what = "rz", "Slices", "Slices of the workspace at constant rz"
     if mechanism.bound:
-        first, title = "z, m", "Slices"
+        first, title = "z", "Slices"
         what = "Slices of the workspace at constant height, over the tilts"
-    columns = (first, area, "Home's side", "Other side", "Aspects")
+    area = f"Workspace, {across}\N{SUPERSCRIPT TWO}"
+    columns = (f"{first}, {at}", area, "Home's side", "Other side", "Aspects")
     table = Table("Areas", columns, groups, brief=True)
     figure = Image(
         "constant_orientations",
@@ -175,11 +175,11 @@ def _slices_section(study: WorkspaceStudy) -> Section:
 
 
 def _slice_row(found: ConstantOrientation) -> Sequence[str]:
+    at, across = (on_paper(unit)[0] for unit in found.units)
+    areas = (found.usable_area, found.area_of_side(1), found.area_of_side(-1))
     return (
-        "any" if math.isnan(found.orientation) else f"{found.orientation:.3g}",
-        f"{found.usable_area:.4g}",
-        f"{found.area_of_side(1):.4g}",
-        f"{found.area_of_side(-1):.4g}",
+        "any" if math.isnan(found.orientation) else significant(at * found.orientation, 4),
+        *(significant(across**2 * area, 4) for area in areas),
         str(len(found.aspect_areas)),
     )
 
@@ -188,10 +188,10 @@ def _singular_orientations(row: ModeSlices) -> str:
     """Where a turning platform meets parallel singularities; empty if nowhere."""
     if row.singular_orientations.size == 0:
         return ""
-    angles = ", ".join(f"{angle:.4g}" for angle in row.singular_orientations)
+    angles = ", ".join(given(angle, "rad") for angle in row.singular_orientations.tolist())
     title = row.title[0].upper() + row.title[1:]
     where = "home's position" if row.mechanism.space.moves else "home with other rz,"
-    return f"{title}: parallel singularities at {where} at {angles} rad."
+    return f"{title}: parallel singularities at {where} at {angles}."
 
 
 def _joints_section(study: WorkspaceStudy) -> Section:

@@ -64,7 +64,7 @@ def test_poses_of_every_leg_lie_on_the_cloud(planar_result):
     candidates, *legs = figure.axes[0].collections
     assert len(candidates.get_offsets()) == len(cloud)
     for poses, drawn in zip(sets, legs, strict=True):
-        np.testing.assert_array_equal(drawn.get_offsets(), poses[:, :2])
+        np.testing.assert_array_equal(drawn.get_offsets(), 1e3 * poses[:, :2])
 
 
 def test_a_large_cloud_is_thinned(planar_result):
@@ -77,7 +77,7 @@ def test_spatial_poses_are_drawn_in_three_projections(spatial_result):
     figure = plot.poses(spatial_result.candidates)
     assert_not_blank(figure)
     labels = [(axes.get_xlabel(), axes.get_ylabel()) for axes in figure.axes[:3]]
-    assert labels == [("x, m", "y, m"), ("x, m", "z, m"), ("y, m", "z, m")]
+    assert labels == [("x, mm", "y, mm"), ("x, mm", "z, mm"), ("y, mm", "z, mm")]
 
 
 @pytest.mark.parametrize("unknown", [{}, {"shared": ["sensor_gain"]}], ids=["legs", "joint"])
@@ -87,7 +87,7 @@ def test_positions_in_space_are_not_drawn_as_poses_in_the_plane(unknown):
     found = symkin.identify(delta, symkin.simulate(delta, plan).measurements, **unknown)
     parts = [part for section in found.page().sections for part in section.parts]
     (poses,) = [part for part in parts if getattr(part, "name", "") in ("poses", "latent_poses")]
-    assert [axes.get_ylabel() for axes in poses.draw().axes] == ["y, m", "z, m", "z, m"]
+    assert [axes.get_ylabel() for axes in poses.draw().axes] == ["y, mm", "z, mm", "z, mm"]
 
 
 def test_observability_has_a_bar_for_every_leg_and_parameter():

@@ -196,7 +196,7 @@ def test_figures_have_a_panel_for_each_workspace(paper, study):
     figure = workspace([*study.modes, other])
     assert isinstance(figure, Figure)
     assert len(figure.axes) == 6
-    assert figure.axes[1].get_title() == "working mode -1, 0.4 rad"
+    assert figure.axes[1].get_title() == "working mode -1, 22.92\N{DEGREE SIGN}"
     joints = active_joints(study)
     assert [axes.name for axes in joints.axes].count("3d") == 4
     for drawn in (figure, joints):

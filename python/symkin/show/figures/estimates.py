@@ -42,7 +42,8 @@ from symkin.show.figures.style import (
 )
 from symkin.show.figures.workspaces import View, shown_of, views_of
 from symkin.show.theme import ACCENT, AFTER, BEFORE, INK, LINE, name_points
-from symkin.show.wording import milli, small
+from symkin.show.units import on_paper
+from symkin.show.wording import milli, quantity, small
 
 INTERVAL = 1.96  # standard deviations: holds 95% of normal errors
 _COLUMNS = 3  # of panels, one a leg
@@ -149,8 +150,11 @@ def residuals(found: Estimate, *, figure: FigureBase | None = None) -> FigureBas
     for leg, (own, axes) in enumerate(zip(left, panels, strict=True)):
         values, colour = small(own.unit)[0] * own.values, leg_style(leg).colour
         numbers = found.measurements.row_numbers[own.rows]
-        axes.vlines(numbers, 0, values, color=colour, linewidth=0.8, alpha=0.5)
         _draw_left(axes, leg, own.unit, numbers, values, numbers)
+        # One line with gaps: a line for each row would take long, and most of the page.
+        stems = np.stack([np.zeros_like(values), values, np.full_like(values, np.nan)], axis=1)
+        look: dict[str, Any] = {"linewidth": 0.8, "alpha": 0.5, "zorder": 1.9}
+        axes.plot(numbers.repeat(3), stems.ravel(), color=colour, **look)
         axes.plot(numbers[own.rejected], values[own.rejected], "x", color=ACCENT, markersize=6)
         if leg + _COLUMNS >= len(left):
             axes.set_xlabel("row of the measurements", fontsize=SMALL, color=INK)
@@ -183,16 +187,17 @@ def dependence(found: Estimate, *, figure: FigureBase | None = None) -> FigureBa
     ]
     figure, panels = _panels(titles, strongest[0].left, figure)
     for leg, (most, axes) in enumerate(zip(strongest, panels, strict=True)):
+        reading = found.nominal.reading_unit if most.name == "reading" else ""
+        factor, told = on_paper(found.nominal.space.units.get(most.name, reading))
+        against = factor * most.against
         values = small(most.left.unit)[0] * most.left.values
         numbers = found.measurements.row_numbers[most.left.rows]
-        _draw_left(axes, leg, most.left.unit, most.against, values, numbers)
+        _draw_left(axes, leg, most.left.unit, against, values, numbers)
         if len(values) > 2:
-            along = np.linspace(most.against.min(), most.against.max(), 50)
-            parabola = np.polynomial.Polynomial.fit(most.against, values, 2)
+            along = np.linspace(against.min(), against.max(), 50)
+            parabola = np.polynomial.Polynomial.fit(against, values, 2)
             axes.plot(along, parabola(along), color=INK, linewidth=1.2)
-        reading = found.nominal.reading_unit if most.name == "reading" else ""
-        of = found.nominal.space.units.get(most.name, reading)
-        label = f"{most.name}, {of}" if of else most.name
+        label = f"{most.name}, {told}" if told else most.name
         axes.set_xlabel(label, fontsize=SMALL, color=INK)
     return figure
 
@@ -373,8 +378,8 @@ def error_map(
     Figure or SubFigure
     """
     rows = np.asarray(poses.poses if isinstance(poses, WorkspaceSample) else poses, dtype=float)
-    rows = shown_of(before.space, rows)
     panels = _map_panels(rows, before.space)
+    rows = shown_of(before.space, rows)
     (kind, unit), *_ = before.space.errors
     states = {"": before} if after is None else {"before": before, "after": after}
     flat = len(panels) == 1
@@ -587,10 +592,11 @@ def _map_panels(poses: Array, space: PoseSpace) -> list[Panel]:
         return [Panel("", every, view) for view in views]
     edges = np.quantile(poses[:, 2], (0, 1 / 3, 2 / 3, 1))
     bands = np.clip(np.searchsorted(edges, poses[:, 2], side="right") - 1, 0, 2)
+    factor, unit = on_paper("rad")
     panels = []
     for band, ends in enumerate(pairwise(edges.tolist())):
-        low, high = (f"{end:.2f}".replace("-", "\N{MINUS SIGN}") for end in ends)
-        title = f"\N{GREEK SMALL LETTER PHI} from {low} to {high} rad"
+        low, high = (quantity(factor * end, unit, 2) for end in ends)
+        title = f"\N{GREEK SMALL LETTER PHI} from {low} to {high}"
         panels.append(Panel(title, np.flatnonzero(bands == band), views[0]))
     return panels
 

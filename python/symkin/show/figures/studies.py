@@ -34,6 +34,7 @@ from symkin.show.figures.workspaces import (
     axial_axes,
     reading_axes,
     reading_limits,
+    shown_readings,
 )
 from symkin.show.theme import AFTER, BEFORE, INK, LINE
 from symkin.show.units import on_paper
@@ -317,7 +318,7 @@ def chosen_readings(
     Figure or SubFigure
     """
     given = readings.readings if isinstance(readings, WorkspaceSample) else readings
-    cloud = np.asarray(given, dtype=float)
+    cloud = shown_readings(plan.mechanism, np.asarray(given, dtype=float))
     sets = [leg for leg in (-1, 0, 1, 2) if plan.rows_of_set(leg).size]
     figure = new_figure(9.4, 4.6, figure)
     places = figure.add_gridspec(1, 2, width_ratios=(1.1, 1))
@@ -328,7 +329,7 @@ def chosen_readings(
     spatial.scatter(*cloud[thinned(len(cloud), _SPATIAL_LIMIT)].T, depthshade=False, **dots)
     flat.scatter(*along_equal_readings(cloud[thinned(len(cloud), _FLAT_LIMIT)]).T, **dots)
     for number, leg in enumerate(sets):
-        chosen = plan.readings[plan.rows_of_set(leg)]
+        chosen = shown_readings(plan.mechanism, plan.readings[plan.rows_of_set(leg)])
         style = leg_style(number)
         look: dict[str, Any] = {"c": style.colour, "marker": style.marker, "s": 26, "zorder": 3}
         spatial.scatter(*chosen.T, depthshade=False, **look)

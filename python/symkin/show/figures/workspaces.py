@@ -51,6 +51,7 @@ from symkin.show.theme import (
     PAPER,
 )
 from symkin.show.units import on_paper
+from symkin.show.wording import given
 
 _SIZES = {"planar": (8.6, 4.2), "point": (4.6, 4.4)}  # inches
 _SIZE_IN_SPACE = (8.8, 3.7)
@@ -70,24 +71,22 @@ class View(NamedTuple):
     y_label: str
 
 
-_TOP = View(0, 1, "x, m", "y, m")
-_SIDES = View(0, 2, "x, m", "z, m"), View(1, 2, "y, m", "z, m")
-_TURNS = tuple(
-    View(x, y, f"{'xyz'[x]} of the rotation vector, rad", f"{'xyz'[y]}, rad")
-    for x, y in ((0, 1), (0, 2), (1, 2))
-)
+_TOP, _SIDES = (0, 1), ((0, 2), (1, 2))
 
 
 def views_of(space: PoseSpace) -> tuple[View, ...]:
     """From above, and in space from the sides too; of a spherical platform its rotation."""
-    if not space.moves:
-        return _TURNS
-    return (_TOP, *_SIDES) if space.in_space else (_TOP,)
+    unit = on_paper("m" if space.moves else "rad")[1]
+    of = "" if space.moves else " of the rotation vector"
+    shown = (_TOP, *_SIDES) if space.in_space or not space.moves else (_TOP,)
+    return tuple(View(x, y, f"{'xyz'[x]}{of}, {unit}", f"{'xyz'[y]}, {unit}") for x, y in shown)
 
 
 def shown_of(space: PoseSpace, poses: Array) -> Array:
-    """What the views show of poses: the arrays themselves, or rotation vectors."""
-    return poses if space.moves else vectors_from_quaternions(poses)
+    """What the views show of poses, as it is told: places, or rotation vectors, (n, 2 or 3)."""
+    if not space.moves:
+        return on_paper("rad")[0] * vectors_from_quaternions(poses)
+    return on_paper("m")[0] * poses[:, : space.size]
 
 
 def bed_points(points: ArrayLike, *, ax: Axes | None = None) -> Axes:
@@ -153,13 +152,12 @@ def poses(
     figure = new_figure(*_SIZES.get(space, _SIZE_IN_SPACE), figure)
     columns = 2 if space == "planar" else len(views)
     places = figure.add_gridspec(1, columns, width_ratios=(1, 1.3) if columns == 2 else None)
-    drawn = shown_of(POSE_SPACES[space], cloud[thinned(len(cloud), _FLAT_LIMIT)])
-    chosen = [shown_of(POSE_SPACES[space], each) for each in chosen]
+    drawn = cloud[thinned(len(cloud), _FLAT_LIMIT)]
     panels, axes = [], []
     for column, view in enumerate(views):
         axes.append(flat_axes(figure, places[column], x=view.x_label, y=view.y_label))
         panels.append(_draw_view(axes[-1], space, drawn, chosen, view))
-        if view == _TOP:
+        if (view.x, view.y) == _TOP and POSE_SPACES[space].moves:
             axes[-1].set_aspect("equal", adjustable="box" if len(views) == 1 else "datalim")
     if space == "planar":
         _draw_with_angle(figure, places[1], cloud, chosen)
@@ -192,13 +190,13 @@ def workspace(
     figure = new_figure(0.8 + 3.2 * columns, 0.6 + 3.3 * len(rows), figure)
     grid = figure.add_gridspec(len(rows), columns)
     for number, row in enumerate(rows):
-        names = [f"{name}, {unit}" for name, unit in row.mechanism.space.units.items()]
-        across, along = slice_coordinates(row.mechanism)
-        x, y = (names[each] for each in across)
-        unit = names[along].split()[-1]
+        names = list(row.mechanism.space.units)
+        (x, y), _ = slice_coordinates(row.mechanism)
         for column, found in enumerate(row.slices):
-            label = _slice_title(row.title if len(rows) > 1 else "", found, unit)
-            axes = flat_axes(figure, grid[number, column], title=label, x=x, y=y)
+            title = _slice_title(row.title if len(rows) > 1 else "", found)
+            unit = on_paper(found.units[1])[1]
+            across, up = f"{names[x]}, {unit}", f"{names[y]}, {unit}"
+            axes = flat_axes(figure, grid[number, column], title=title, x=across, y=up)
             _draw_slice(axes, found)
     legend_below(figure, _slice_legend([found for row in rows for found in row.slices]), columns)
     return figure
@@ -228,12 +226,11 @@ def active_joints(study: WorkspaceStudy, *, figure: FigureBase | None = None) ->
     figure = new_figure(10.4, 7.4, figure)
     grid = figure.add_gridspec(2, max(3, len(study.slices)))
     legs = _drawn_legs(study)
-    unit = "m" if study.mechanism.bound else "rad"
     whole = "all heights" if study.mechanism.bound else "all orientations"
     clouds = {whole: readings[:, legs]} | {
-        _slice_title("", found, unit): found.readings[found.side > 0][:, legs]
-        for found in study.slices
+        _slice_title("", found): found.readings[found.side > 0][:, legs] for found in study.slices
     }
+    clouds = {name: shown_readings(study.mechanism, cloud) for name, cloud in clouds.items()}
     limits = reading_limits(np.concatenate(list(clouds.values())))
     places = [grid[0, 0], *(grid[1, column] for column in range(len(study.slices)))]
     for place, (title, cloud) in zip(places, clouds.items(), strict=True):
@@ -246,26 +243,29 @@ def active_joints(study: WorkspaceStudy, *, figure: FigureBase | None = None) ->
 
 
 def _orientations(space: str, poses: Array) -> Array | None:
-    """Orientation of each pose as one number, rad: the angle, or the angle of the rotation."""
+    """Orientation of each pose as one number: the angle, or the angle of the rotation."""
+    factor, _ = on_paper("rad")
     if space == "planar":
-        return poses[:, 2]
+        return factor * poses[:, 2]
     if space == "spatial":
         vector = np.linalg.norm(poses[:, 3:6], axis=1)
-        return np.asarray(2 * np.arctan2(vector, np.abs(poses[:, 6])))
+        return np.asarray(2 * factor * np.arctan2(vector, np.abs(poses[:, 6])))
     return None
 
 
 def _orientation_label(space: str) -> str:
-    return "\N{GREEK SMALL LETTER PHI}, rad" if space == "planar" else "angle of rotation, rad"
+    of = "\N{GREEK SMALL LETTER PHI}" if space == "planar" else "angle of rotation"
+    return f"{of}, {on_paper('rad')[1]}"
 
 
 def _draw_view(axes: Axes, space: str, cloud: Array, sets: Sequence[Array], view: View) -> Any:
     """Draw one projection; returns what the colour bar belongs to."""
     few = len(cloud) <= 500
     colours = _orientations(space, cloud)
+    shown = shown_of(POSE_SPACES[space], cloud)
     points = axes.scatter(
-        cloud[:, view.x],
-        cloud[:, view.y],
+        shown[:, view.x],
+        shown[:, view.y],
         c=_PLAIN if colours is None else colours,
         cmap=None if colours is None else COLOUR_MAP,
         s=22 if few else 3,
@@ -273,15 +273,20 @@ def _draw_view(axes: Axes, space: str, cloud: Array, sets: Sequence[Array], view
         linewidths=0,
         rasterized=True,
     )
-    for leg, chosen in enumerate(sets):
+    for leg, each in enumerate(sets):
+        chosen = shown_of(POSE_SPACES[space], each)
         axes.scatter(chosen[:, view.x], chosen[:, view.y], zorder=3, **_marker(leg, len(sets)))
     return points
 
 
 def _draw_with_angle(figure: FigureBase, place: Any, cloud: Array, sets: Sequence[Array]) -> None:
-    labels = ("x, m", "y, m", _orientation_label("planar"))
+    (length, unit), (angle, _) = on_paper("m"), on_paper("rad")
+    labels = (f"x, {unit}", f"y, {unit}", _orientation_label("planar"))
     axes = spatial_axes(figure, place, labels=labels)
-    few = cloud[thinned(len(cloud), _SPATIAL_LIMIT)]
+    scale = np.array([length, length, angle])
+    few, *sets = (
+        scale * each[:, :3] for each in (cloud[thinned(len(cloud), _SPATIAL_LIMIT)], *sets)
+    )
     style: dict[str, Any] = {"cmap": COLOUR_MAP, "s": 3, "alpha": 0.5, "linewidths": 0}
     axes.scatter(*few[:, :3].T, c=few[:, 2], depthshade=False, rasterized=True, **style)
     for leg, chosen in enumerate(sets):
@@ -299,8 +304,9 @@ def _marker(leg: int, legs: int) -> dict[str, Any]:
 def _draw_slice(axes: Axes, found: ConstantOrientation) -> None:
     axes.grid(False)
     kinds = np.select([found.usable, found.side > 0, found.side < 0], [2, 1, 3], default=0)
-    half_x, half_y = (0.5 * (centres[1] - centres[0]) for centres in (found.x, found.y))
-    left, right, bottom, top = found.x[0], found.x[-1], found.y[0], found.y[-1]
+    x, y = _centres(found)
+    half_x, half_y = (0.5 * (centres[1] - centres[0]) for centres in (x, y))
+    left, right, bottom, top = x[0], x[-1], y[0], y[-1]
     axes.imshow(
         np.ma.masked_equal(kinds, 0),
         origin="lower",
@@ -317,8 +323,14 @@ def _draw_slice(axes: Axes, found: ConstantOrientation) -> None:
         if _crosses_zero(values):
             known = np.ma.masked_invalid(values)
             lines: dict[str, Any] = {"colors": [colour], "linestyles": [style], "linewidths": 1.4}
-            axes.contour(found.x, found.y, known, levels=[0], **lines)
+            axes.contour(x, y, known, levels=[0], **lines)
     _number_aspects(axes, found)
+
+
+def _centres(found: ConstantOrientation) -> tuple[Array, Array]:
+    """Centres of the cells, as they are told."""
+    factor, _ = on_paper(found.units[1])
+    return factor * found.x, factor * found.y
 
 
 def _crosses_zero(values: Array) -> bool:
@@ -326,11 +338,11 @@ def _crosses_zero(values: Array) -> bool:
 
 
 def _number_aspects(axes: Axes, found: ConstantOrientation) -> None:
-    areas = np.abs(found.aspect_areas)
+    areas, (x, y) = np.abs(found.aspect_areas), _centres(found)
     for number in np.flatnonzero(areas > _LABELLED_SHARE * areas.sum()) + 1:
         rows, columns = np.nonzero(found.aspects == number)
         middle = np.argmin((rows - rows.mean()) ** 2 + (columns - columns.mean()) ** 2)
-        place = found.x[columns[middle]], found.y[rows[middle]]
+        place = x[columns[middle]], y[rows[middle]]
         axes.annotate(str(number), place, ha="center", va="center", color=DARK, fontweight="bold")
 
 
@@ -350,8 +362,10 @@ def _slice_legend(slices: Sequence[ConstantOrientation]) -> list[Any]:
     return handles
 
 
-def _slice_title(title: str, found: ConstantOrientation, unit: str) -> str:
-    orientation = "" if math.isnan(found.orientation) else f"{found.orientation:.3g} {unit}"
+def _slice_title(title: str, found: ConstantOrientation) -> str:
+    orientation = ""
+    if not math.isnan(found.orientation):
+        orientation = given(found.orientation, found.units[0])
     return ", ".join(filter(None, (title, orientation)))
 
 
@@ -359,6 +373,11 @@ def _drawn_legs(study: WorkspaceStudy) -> list[int]:
     permutations = study.symmetry.permutations
     orbit = [permutations[f"r{turn}"][0] for turn in range(3) if f"r{turn}" in permutations]
     return orbit if len(set(orbit)) == 3 else [0, 1, 2]
+
+
+def shown_readings(mechanism: Mechanism, readings: Array) -> Array:
+    """Readings as they are told."""
+    return on_paper(mechanism.reading_unit)[0] * readings
 
 
 def reading_limits(readings: Array) -> tuple[float, float]:
@@ -410,14 +429,15 @@ def _draw_along_axis(
     figure: FigureBase, place: Any, study: WorkspaceStudy, legs: list[int]
 ) -> None:
     axes = axial_axes(figure, place, study.mechanism, legs)
-    shown, colours = _coloured(study.sample.readings[:, legs], legs)
+    readings = shown_readings(study.mechanism, study.sample.readings[:, legs])
+    shown, colours = _coloured(readings, legs)
     _scatter(axes, along_equal_readings(shown), colours)
 
 
 def axial_axes(figure: FigureBase, place: Any, mechanism: Mechanism, legs: Sequence[int]) -> Axes:
     """Axes for the readings of three legs, seen along the line of equal ones."""
     first, second, third = (_symbol(leg) for leg in legs)
-    unit, minus = mechanism.reading_unit, "\N{MINUS SIGN}"
+    unit, minus = on_paper(mechanism.reading_unit)[1], "\N{MINUS SIGN}"
     axes = flat_axes(
         figure,
         place,
@@ -442,7 +462,7 @@ def _draw_two_legs(study: WorkspaceStudy, figure: FigureBase | None) -> FigureBa
     figure = new_figure(4.6, 4.6, figure)
     x, y = (_reading_label(study.mechanism, leg) for leg in (0, 1))
     axes = flat_axes(figure, figure.add_gridspec(1, 1)[0], title=study.mechanism.name, x=x, y=y)
-    readings = study.sample.readings
+    readings = shown_readings(study.mechanism, study.sample.readings)
     shown = readings[thinned(len(readings), _POINTS)]
     exchange = _exchange_sign(study)
     nearer = (shown[:, 0] < exchange * shown[:, 1]).astype(np.intp)
@@ -463,7 +483,7 @@ def _exchange_sign(study: WorkspaceStudy) -> float:
 
 
 def _reading_label(mechanism: Mechanism, leg: int) -> str:
-    return f"{_symbol(leg)}, {mechanism.reading_unit}"
+    return f"{_symbol(leg)}, {on_paper(mechanism.reading_unit)[1]}"
 
 
 def _symbol(leg: int) -> str:
