@@ -46,6 +46,7 @@ Array = NDArray[np.float64]
 
 _SAMPLES = 4000  # poses of the workspace over which accuracy is expected
 _CORRELATED = 10
+_NEARLY_ALL = 0.9  # of the square of a direction
 _INDISPENSABLE = 1e-9  # of the share of a condition that the other poses leave open
 _HELD = 1e-4  # deviations within which one pose alone is let move the estimate
 _STEPS = 50
@@ -77,10 +78,13 @@ class Direction(Value):
         Its standard deviation, in tolerances.
     combination : str
         In tolerances.
+    unknowns : tuple of str
+        Those that make nearly all of it, the most first.
     """
 
     deviation: float = field(unit="in_tolerances")
     combination: str
+    unknowns: tuple[str, ...] = ()
 
 
 @record
@@ -276,10 +280,14 @@ def directions_of(found: Found, tolerances: Array) -> tuple[Direction, ...]:
     inner = np.asarray(found.covariance)[np.ix_(kept, kept)] / np.outer(scale, scale)
     values, vectors = np.linalg.eigh(inner)
     names = tuple(np.array(found.names)[kept])
-    return tuple(
-        Direction(float(np.sqrt(max(values[i], 0.0))), name_combination(vectors[:, i], names))
-        for i in (-1, 0)
-    )
+    both = []
+    for value, vector in ((values[-1], vectors[:, -1]), (values[0], vectors[:, 0])):
+        order = np.argsort(-np.abs(vector), kind="stable")
+        count = int(np.searchsorted(np.cumsum(vector[order] ** 2), _NEARLY_ALL)) + 1
+        most = tuple(names[i] for i in order[:count].tolist())
+        deviation = float(np.sqrt(max(value, 0.0)))
+        both.append(Direction(deviation, name_combination(vector, names), most))
+    return tuple(both)
 
 
 def correlations_of(covariance: Array, names: Sequence[str]) -> tuple[Correlation, ...]:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin.estimate.estimate import Estimate
+from symkin.estimate.evidence.findings import few
 from symkin.estimate.parameters import Unknown
 from symkin.estimate.problem import KINDS
 from symkin.files.mechanism_file import typed_name
@@ -53,6 +54,7 @@ __all__ = ["estimate_page", "estimate_summary", "instrument_of", "judgement", "p
 
 _INTERVAL = 1.96  # standard deviations: holds 95% of normal errors
 _INFLUENTIAL = 8
+_WEAKEST = 3  # unknowns in one line
 _NAMED_SHARE = 1e-3  # of a direction's square
 _BLOCKS = {
     "base": "Base, in the frame of the measuring device",
@@ -195,6 +197,18 @@ def _headlines(found: Estimate) -> Iterator[Headline]:
         if left_out:
             remark += f"; without what was rejected at {plural(len(left_out), 'pose')}"
         yield "Chi-square per degree", significant(found.chi_square_ratio), remark
+    if found.converged and found.directions and not found.unseen:
+        yield _known_worst(found)
+
+
+def _known_worst(found: Estimate) -> Headline:
+    """What the measurements show least of, how little, and what would show more of it."""
+    worst, *_ = found.directions
+    names = [each.partition(".")[2] if each[:3] == "leg" else each for each in worst.unknowns]
+    told = few(list(dict.fromkeys(names)), _WEAKEST)
+    if worst.deviation >= 1:
+        told += "; symkin plan --measured adds poses that show it"
+    return "Known worst", f"{significant(worst.deviation, 2)} tolerances", told
 
 
 def _errors(found: Estimate) -> list[ErrorLine]:

@@ -75,6 +75,7 @@ def test_results_say_what_is_known_and_what_speaks_against_it(found, measured):
     assert told["expected_accuracy"]["position_rms_m"] == found.expected.position
     worst, best = told["known_worst_and_best"]
     assert worst["deviation_in_tolerances"] > best["deviation_in_tolerances"]
+    assert 0 < len(worst["unknowns"]) < len(found.names)
     assert abs(told["correlations"][0]["correlation"]) <= 1
     first = found.unknowns[0]
     change = (first.value - first.nominal) / first.tolerance

@@ -43,6 +43,8 @@ def test_a_first_screen_needs_nothing_that_the_page_alone_tells(run, monkeypatch
     whole = found.page()
     monkeypatch.setattr("symkin.show.estimate.robot_symmetry_section", asked)
     assert found.text() == page_text(whole)
+    (worst,) = [line for line in found.text().splitlines() if line.startswith("Known worst")]
+    assert found.directions[0].unknowns[0].partition(".")[2] in worst
 
 
 def test_the_page_is_self_contained(run):
