@@ -21,6 +21,7 @@ import json
 import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Literal
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
@@ -238,15 +239,16 @@ def _crank_in_plane(name: str, own: Mapping[str, float], travel: Array, ends: Ar
     proximal = Body(
         f"{name}_proximal", "", _point(own, "base"), _about_z(zero), (active,), crank * _X
     )
-    angles = zero + travel
-    links = ends - proximal.position - crank * _rho(angles)
-    distal, values = _hinged(name, "distal", proximal.name, crank * _X, rod, links, angles)
+    turned = _about_z(zero + travel)
+    links = ends - proximal.position - crank * turned[:, :, 0]
+    local = np.einsum("nji,nj->ni", turned, links)
+    distal, values = _hinged(name, "distal", proximal.name, crank * _X, rod, local)
     return [proximal, distal], rod * _X, values
 
 
 def _slider(name: str, own: Mapping[str, float], travel: Array, ends: Array) -> _Leg:
-    """[P]RR, whose guide runs along the normal of the direction to its foot, and [P]US."""
-    if in_plane := "guide_azimuth" not in own:
+    """[P]RR, whose guide runs along the normal of the direction to its foot, [P]US and [P]RS."""
+    if "guide_azimuth" not in own:
         along = _rho(own["base_angle"] + np.pi / 2)
     else:
         elevation, swing = own["guide_elevation"], own["guide_swing"]
@@ -257,18 +259,19 @@ def _slider(name: str, own: Mapping[str, float], travel: Array, ends: Array) -> 
     active = Joint(f"{name}_active", "slide", along)
     slider = Body(f"{name}_slider", "", start, np.eye(3), (active,), np.zeros(3))
     links = ends - start - np.outer(travel, along)
-    hung = _hinged if in_plane else _universal
-    distal, values = hung(name, "distal", slider.name, np.zeros(3), own["distal_length"], links)
+    distal, values = _hung(own)(
+        name, "distal", slider.name, np.zeros(3), own["distal_length"], links
+    )
     return [slider, distal], distal.tip, values
 
 
 def _strut(name: str, own: Mapping[str, float], _travel: Array, ends: Array) -> _Leg:
-    """R[P]R and U[P]S."""
+    """R[P]R, R[P]S and U[P]S."""
     base = _point(own, "base")
     links = ends - base
     length = float(np.linalg.norm(links[0]))
-    hung, along = (_hinged, _X) if "base_angle" in own else (_universal, _Z)
-    lower, values = hung(name, "lower", "", base, length / 2, links)
+    lower, values = _hung(own)(name, "lower", "", base, length / 2, links)
+    along = 2 / length * lower.tip
     active = Joint(f"{name}_active", "slide", along)
     start = own["sensor_offset"] * along
     upper = Body(f"{name}_upper", lower.name, start, np.eye(3), (active,), -length / 2 * along)
@@ -278,12 +281,7 @@ def _strut(name: str, own: Mapping[str, float], _travel: Array, ends: Array) -> 
 def _crank(name: str, own: Mapping[str, float], travel: Array, ends: Array) -> _Leg:
     """[R]US: the crank's frame has x along the crank at the angle zero, z along the axis."""
     crank, rod = own["proximal_length"], own["distal_length"]
-    elevation, swing = own["axis_elevation"], own["axis_swing"]
-    rho, tau = _rho(own["axis_azimuth"]), _rho(own["axis_azimuth"] + np.pi / 2)
-    level = np.cos(elevation) * tau + np.sin(elevation) * _Z
-    axis = np.cos(swing) * level + np.sin(swing) * rho
-    start = np.cos(swing) * rho - np.sin(swing) * level
-    frame = np.column_stack([start, np.cross(axis, start), axis])
+    frame = _about_axis(own)
     zero = own["sensor_offset"]
     active = Joint(f"{name}_active", "hinge", _Z)
     base = _point(own, "base")
@@ -320,8 +318,30 @@ LEGS: dict[str, Callable[[str, Mapping[str, float], Array, Array], _Leg]] = {
     "U[P]S": _strut,
     "[P]US": _slider,
     "[R]US": _crank,
+    "R[P]S": _strut,
+    "[P]RS": _slider,
 }
 LEGS_ON_A_SPHERE = {"[R]RR": _arm_on_sphere}
+
+
+_Hung = Callable[[str, str, str, Array, float, Array], tuple[Body, dict[str, Array]]]
+
+
+def _hung(own: Mapping[str, float]) -> _Hung:
+    """What a link of a chain hangs on: a hinge in the plane, one about its axis, or two."""
+    if "axis_azimuth" in own:
+        return partial(_hinged, frame=_about_axis(own))
+    return _hinged if "base_angle" in own else _universal
+
+
+def _about_axis(own: Mapping[str, float]) -> Array:
+    """A frame whose z is along a joint's axis, and x where an angle about it is zero."""
+    elevation, swing = own["axis_elevation"], own["axis_swing"]
+    rho, tau = _rho(own["axis_azimuth"]), _rho(own["axis_azimuth"] + np.pi / 2)
+    level = np.cos(elevation) * tau + np.sin(elevation) * _Z
+    axis = np.cos(swing) * level + np.sin(swing) * rho
+    start = np.cos(swing) * rho - np.sin(swing) * level
+    return np.column_stack([start, np.cross(axis, start), axis])
 
 
 def _hinged(
@@ -331,15 +351,17 @@ def _hinged(
     place: Array,
     length: float,
     links: Array,
-    turned: float | Array = 0.0,
+    frame: Array = np.eye(3),  # noqa: B008  # never written to
 ) -> tuple[Body, dict[str, Array]]:
-    """A link along x in the plane, whose hinge is at zero at home, and its angles.
+    """A link along x of its body, on a hinge about z of a frame, at zero at home; and its angles.
 
-    `links` are its directions in the base frame, `turned` the angles of its parent there.
+    `links` are its directions in the parent's frame, and `frame` is in it.
     """
-    angles = np.arctan2(links[:, 1], links[:, 0]) - turned
+    x, y, _ = (links @ frame).T
+    angles = np.arctan2(y, x)
     joint = Joint(f"{name}_passive", "hinge", _Z)
-    body = Body(f"{name}_{what}", parent, place, _about_z(angles[0]), (joint,), length * _X)
+    turned = frame @ _about_z(angles[0])
+    body = Body(f"{name}_{what}", parent, place, turned, (joint,), length * _X)
     return body, {joint.name: _wrapped(angles - angles[0])}
 
 

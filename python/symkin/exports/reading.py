@@ -236,11 +236,27 @@ def _slider_in_plane(tree: _Tree, leg: str) -> dict[str, float]:
 
 def _strut(chain: str) -> Callable[[_Tree, str], dict[str, float]]:
     def parameters(tree: _Tree, leg: str) -> dict[str, float]:
-        upper = tree.bodies[f"{leg}_upper"]
-        base = _coordinates("base", tree.bodies[f"{leg}_lower"].position, chain)
-        return {**base, "sensor_offset": float(upper.position @ upper.axis)}
+        lower, upper = (tree.bodies[f"{leg}_{name}"] for name in ("lower", "upper"))
+        own = _coordinates("base", lower.position, chain)
+        if "axis_swing" in chain_info(chain).parameter_names:
+            own |= _axis(lower.rotation[:, 2], own["base_azimuth"])
+        return {**own, "sensor_offset": float(upper.position @ upper.axis)}
 
     return parameters
+
+
+def _swinging_slider(tree: _Tree, leg: str) -> dict[str, float]:
+    own = _slider(tree, leg)
+    return own | _axis(tree.bodies[f"{leg}_distal"].rotation[:, 2], own["base_azimuth"])
+
+
+def _axis(axis: Array, azimuth: float) -> dict[str, float]:
+    """A joint's axis by its elevation and swing at an azimuth."""
+    rho, tau = _level(azimuth)
+    return {
+        "axis_elevation": float(np.arctan2(axis[2], axis @ tau)),
+        "axis_swing": float(np.arcsin(np.clip(axis @ rho, -1, 1))),
+    }
 
 
 def _slider(tree: _Tree, leg: str) -> dict[str, float]:
@@ -263,15 +279,14 @@ def _crank(tree: _Tree, leg: str) -> dict[str, float]:
     base = _coordinates("base", crank.position, "[R]US")
     rho, tau = _level(base["base_azimuth"])
     along, axis = crank.rotation[:, 0], crank.rotation[:, 2]
-    swing = float(np.arcsin(np.clip(axis @ rho, -1, 1)))
-    elevation = float(np.arctan2(axis[2], axis @ tau))
+    angles = _axis(axis, base["base_azimuth"])
+    elevation, swing = angles.values()
     start = np.cos(swing) * rho
     start = start - np.sin(swing) * (np.cos(elevation) * tau + np.sin(elevation) * _Z)
     return {
         **_links(tree, leg),
         **base,
-        "axis_elevation": elevation,
-        "axis_swing": swing,
+        **angles,
         "sensor_offset": float(np.arctan2(along @ np.cross(axis, start), along @ start)),
     }
 
@@ -283,6 +298,8 @@ _LEGS: dict[str, Callable[[_Tree, str], dict[str, float]]] = {
     "U[P]S": _strut("U[P]S"),
     "[P]US": _slider,
     "[R]US": _crank,
+    "R[P]S": _strut("R[P]S"),
+    "[P]RS": _swinging_slider,
 }
 
 

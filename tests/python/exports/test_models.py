@@ -19,6 +19,7 @@ from symkin.exports.reading import import_mechanism
 
 PLANAR = ("3RRR", "5bar", "4RRR", "3PRR", "3RPR")
 SPATIAL = ("hexapod_jugglebot", "linear_delta", "rotary_delta", "hexaglide", "hexa")
+BOUND = ("3RPS", "3PRS")  # platforms that the legs bind
 MEASURED = ("3RRR", "5bar", "hexapod_jugglebot", "linear_delta")
 
 
@@ -75,7 +76,7 @@ def test_readings_that_mujoco_finds_at_a_thousand_poses_are_those_of_our_inverse
     assert worst_reading < 1e-9 * size(robot)
 
 
-@pytest.mark.parametrize("name", [*PLANAR, *SPATIAL, "agile_eye"])
+@pytest.mark.parametrize("name", [*PLANAR, *SPATIAL, *BOUND, "agile_eye"])
 def test_our_values_of_all_joints_close_the_loops_in_mujoco(
     name: str, made: Callable, mujoco: Any
 ) -> None:
@@ -137,7 +138,7 @@ def test_bodies_of_small_robots_weigh_what_a_simulation_can_hold(
     assert moving.min() == pytest.approx(1.0)
 
 
-@pytest.mark.parametrize("name", [*PLANAR, *SPATIAL, "agile_eye"])
+@pytest.mark.parametrize("name", [*PLANAR, *SPATIAL, *BOUND, "agile_eye"])
 def test_the_tree_of_a_urdf_meets_its_cut_joints(name: str, made: Callable, mujoco: Any) -> None:
     parser = pytest.importorskip("urdf_parser_py.urdf")
     robot = made(name)
@@ -188,7 +189,7 @@ def test_an_sdf_stands_closed_at_home(name: str, made: Callable) -> None:
 
 
 @pytest.mark.parametrize("to", ["mjcf", "urdf"])
-@pytest.mark.parametrize("name", [*PLANAR, *SPATIAL])
+@pytest.mark.parametrize("name", [*PLANAR, *SPATIAL, *BOUND])
 def test_a_model_is_read_back_as_the_mechanism_that_it_was(
     name: str, to: str, made: Callable, tmp_path: Path
 ) -> None:
