@@ -117,7 +117,7 @@ void bind_declared(py::module_& module) {
                                                 known);
       },
       py::arg("declaration"), py::arg("known"));
-  module.def("redundant_scalars", &symkin::declared::redundant_scalars, py::arg("declaration"));
+  module.def("redundant_scalars", &symkin::declared::redundant_scalars, py::arg("readings"));
   module.def(
       "declare_chain", [](const Declaration& declaration) { symkin::declare_chain(declaration); },
       py::arg("declaration"));

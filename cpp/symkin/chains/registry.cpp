@@ -74,6 +74,18 @@ bool carries(const ChainModel& model, Platform platform) {
 // Both passive joints prismatic: the leg fixes the platform's orientation and nothing else.
 constexpr std::array<std::string_view, 3> kOrientationOnly{"P[R]P", "[R]PP", "PP[R]"};
 
+// A ball for a universal joint leaves the rod to spin, which binds nothing less.
+std::string_view bound_as(std::string_view chain) {
+  constexpr std::array<std::array<std::string_view, 2>, 3> kSame{
+      {{"S[P]S", "U[P]S"}, {"[P]SS", "[P]US"}, {"[R]SS", "[R]US"}}};
+  for (const auto& [spinning, name] : kSame) {
+    if (chain == spinning) {
+      return name;
+    }
+  }
+  return chain;
+}
+
 std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});
@@ -137,7 +149,8 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 
 }  // namespace
 
-const ChainModel& leg_model(std::string_view chain, Platform platform) {
+const ChainModel& leg_model(std::string_view given, Platform platform) {
+  const std::string_view chain = bound_as(given);
   for (const ChainModel* model : all_models()) {
     if (model->info().name == chain && carries(*model, platform)) {
       return *model;

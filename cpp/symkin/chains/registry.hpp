@@ -11,7 +11,8 @@
 namespace symkin {
 
 // The model of a chain, written from base to platform with the actuated joint in brackets, as in
-// "[R]RR". Throws InvalidInput that names the nearest chain, or why the chain cannot be used.
+// "[R]RR"; with a ball where a universal joint would do, as in "S[P]S", the chain that has that.
+// Throws InvalidInput that names the nearest chain, or why the chain cannot be used.
 const ChainModel& leg_model(std::string_view chain, Platform platform = Platform::rigid);
 
 // Makes a declared leg a chain that leg_model() finds by its name, as long as the program runs. A

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from symkin.analysis.conditions import Conditions, check_conditions
 from symkin.analysis.observability import Observability, analyse_observability
+from symkin.analysis.readings_alone import ReadingsAlone, readings_alone
 from symkin.analysis.workspace import WorkspaceSample, sample_workspace
 from symkin.errors import SymkinError, named_legs
 from symkin.files.mechanism_file import typed_name
@@ -36,6 +37,7 @@ __all__ = ["CheckResult", "HomePose", "LegOrigin", "check_mechanism", "undefined
 
 # Enough for two digits of the workspace's share of its box, and drawn in milliseconds.
 _SAMPLE_SIZE = 500
+_ALONE = 200  # poses at which ranks are taken
 _SHIFT = {
     "base": "shift the origin of the base frame, in the mechanism and in the measured poses alike",
     "platform": "shift the origin of the platform frame, which is the point that poses give",
@@ -115,6 +117,9 @@ class CheckResult(Result):
         The paper's conditions on symmetry, tested; None without a sample.
     unusable : str or None
         Why the workspace that the mechanism has could not be sampled, such as a singular home.
+    readings_alone : ReadingsAlone or None
+        What readings show without a measuring device; None where they are as many as the degrees of
+        freedom, and without a sample.
     """
 
     mechanism: Mechanism
@@ -129,6 +134,7 @@ class CheckResult(Result):
     observability: tuple[Observability, ...]
     conditions: Conditions | None
     unusable: str | None = None
+    readings_alone: ReadingsAlone | None = None
 
     @property
     def undefined(self) -> tuple[str, ...]:
@@ -353,6 +359,7 @@ def check_mechanism(mechanism: MechanismGiven, seed: int | None = None) -> Check
         ),
         conditions=conditions,
         unusable=unusable,
+        readings_alone=None if sample is None else readings_alone(mechanism, sample.poses[:_ALONE]),
     )
 
 

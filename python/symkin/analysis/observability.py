@@ -161,9 +161,7 @@ def analyse_observability(
     SymkinError
         For fewer poses than parameters, or a pose out of reach.
     """
-    rows = observability_rows(mechanism, leg, poses, kind)
-    scale = parameter_tolerances(mechanism)[leg][mechanism.estimated[leg]]
-    names = mechanism.estimated_names(leg)
+    rows, names, scale = _rows_of_leg(mechanism, leg, poses, kind)
     result = _core.analyse_observability(rows, scale)
     return Observability(
         leg=leg,
@@ -175,6 +173,29 @@ def analyse_observability(
         rank=result.rank,
         unseen=tuple(name_combination(direction, names) for direction in result.null_directions.T),
     )
+
+
+def _rows_of_leg(
+    mechanism: Mechanism, leg: int, poses: ArrayLike | WorkspaceSample, kind: RowKind
+) -> tuple[NDArray[np.float64], tuple[str, ...], NDArray[np.float64]]:
+    """Rows of all readings of a leg, with names and tolerances of what they have to show."""
+    readings = next((each for each in mechanism.leg_readings if leg in each), (leg,))
+    tolerances = parameter_tolerances(mechanism)
+    scale: dict[str, float] = {}
+    parts = []
+    for reading in readings:
+        part = observability_rows(mechanism, reading, poses, kind)
+        names = mechanism.names_in_leg(reading)
+        own = tolerances[reading, mechanism.estimated[reading]]
+        scale |= dict(zip(names, own.tolist(), strict=True))
+        places = [list(scale).index(name) for name in names]
+        parts.append((places, part))
+    rows = np.zeros((sum(len(part) for _, part in parts), len(scale)))
+    first = 0
+    for places, part in parts:
+        rows[first : first + len(part), places] = part
+        first += len(part)
+    return rows, tuple(scale), np.array(list(scale.values()))
 
 
 def expected_accuracy(

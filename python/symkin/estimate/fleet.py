@@ -23,7 +23,7 @@ from symkin.estimate.evidence.findings import Doubt, Note
 from symkin.estimate.fleet_doubts import doubted, examined, impossible, suspects
 from symkin.estimate.fleet_jobs import Job, Robots, identified
 from symkin.estimate.fleet_together import FoundTogether, surroundings_of
-from symkin.estimate.identification import identify
+from symkin.estimate.identification import SEVERAL_READINGS, identify
 from symkin.estimate.options import EstimateOptions
 from symkin.estimate.unknowns import Priors, with_file_settings
 from symkin.estimate.workshop import MadeWithin, workshop_tolerances
@@ -394,6 +394,8 @@ def identify_robots(
     asked = with_file_settings(given, mechanism.identification)
     further = unusual(asked | {"noise": noise if isinstance(noise, str) else None})
     reason = "" if mechanism.curvature is None else "the sensors are curved"
+    if mechanism.ties:
+        reason = SEVERAL_READINGS
     if further:
         reason = f"{' and '.join(further)} {'was' if len(further) == 1 else 'were'} given"
     if reason and estimator not in (None, "joint"):

@@ -29,6 +29,8 @@ from symkin.options import checks
 
 __all__ = ["cross_validate", "identify", "identify_legs"]
 
+SEVERAL_READINGS = "several joints of a leg are read"
+
 Nominal = TypeVar("Nominal", bound=Mechanism, default=Mechanism)
 
 
@@ -239,6 +241,8 @@ def _needs_joint(
     noise: NoiseSettings | str | None,
 ) -> str:
     """Why the legs cannot be identified one by one; empty if they can."""
+    if mechanism.ties:
+        return SEVERAL_READINGS
     further = unusual(wanted)
     if further:
         return f"{' and '.join(further)} {'was' if len(further) == 1 else 'were'} given"

@@ -17,11 +17,12 @@ from symkin.analysis.probing import CALIPER, is_probed
 from symkin.analysis.promises import anywhere, promised
 from symkin.analysis.reflectors import is_tracked
 from symkin.analysis.workspace import sample_workspace
+from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError
 from symkin.estimate.assumed import inverse_of, sizes_of, whitened_rows, with_assumed
 from symkin.estimate.blunders import without_blunders
 from symkin.estimate.found import Found
-from symkin.estimate.problem import KINDS, Problem
+from symkin.estimate.problem import KINDS, OBSERVED, Problem
 from symkin.estimate.survey import HeldByPriors, Survey, form_of
 from symkin.model.mechanism import Mechanism
 from symkin.values import Value, field, record
@@ -157,7 +158,8 @@ class Expected(Value):
         The part that priors leave, since the observations say next to nothing of it, if any.
     up_to_frames : bool
         Whether errors are those that no other base and platform frame would take away, since no
-        observation shows where the platform's frame is: points at unknown places were measured.
+        observation shows where the platform's frame is: points at unknown places were measured, or
+        nothing but readings.
     budget : tuple of BudgetLine
         Where the mean comes from, the observations first; empty if nothing was assumed.
     """
@@ -256,7 +258,7 @@ def promising(found: Found, robot: Mechanism) -> tuple[Survey, Array]:
 def survey_of(found: Found, robot: Mechanism, observed: Observable = "pose") -> Survey:
     """What may be observed of a robot whose unknowns are the columns of an estimate.
 
-    Points, if they are all that was measured of positions.
+    Points, if they are all that was measured of positions; readings, if they are all there is.
     """
     layout = Problem.of(found.nominal, found.measurements, found.options).layout
     # Some may have been held to settle the gauge.
@@ -265,7 +267,15 @@ def survey_of(found: Found, robot: Mechanism, observed: Observable = "pose") -> 
     seen = Observed((observed,))
     if observed == "pose" and is_tracked(found.measurements):
         seen = Observed(("points",), points=robot.frames.points if robot.frames else ())
+    elif observed == "pose" and not _is_seen(found.measurements):
+        seen = Observed(("readings",))
     return Survey(seen, layout.names, layout.prior, robot, layout, found.options)
+
+
+def _is_seen(taken: Measurements) -> bool:
+    """Whether anything was observed besides readings."""
+    beside = [getattr(taken, name) for name in OBSERVED if name != "readings"]
+    return any(each is not None and bool(np.isfinite(each).any()) for each in beside)
 
 
 def directions_of(found: Found, tolerances: Array) -> tuple[Direction, ...]:

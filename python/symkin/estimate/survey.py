@@ -56,6 +56,7 @@ Array = NDArray[np.float64]
 Observing = Observed | Observable | Sequence[Observable]
 FIRST_ROW = 2  # of a table that symkin writes, below its header
 _RANK = 1e-9  # of the largest singular value, with the unknowns in their tolerances
+_FEW_POSES = 200  # at which ranks are taken
 _BLOCK = 4096  # poses whose effects are held together
 SILENT = 0.9  # of a prior's deviation: the data will say next to nothing
 _TRACKED = frozenset({"pose", "position", "distance", "height"})  # positions beside points
@@ -175,7 +176,8 @@ class Survey(Value):
             raise TypeError(f"unexpected arguments: {', '.join(further)}")
         wanted = with_file_settings(given, mechanism.identification)
         said = any(each is not None for each in given.values())
-        if observe is None and not said and not {*unusual(wanted)} & given.keys():
+        asked = said or mechanism.ties or {*unusual(wanted)} & given.keys()
+        if observe is None and not asked:
             return None
         readings = mechanism.inverse_kinematics(poses)
         drawn = mechanism.frames or Frames()
@@ -192,9 +194,18 @@ class Survey(Value):
         options = EstimateOptions(**wanted)
         known_places = mechanism.replace(frames=known)
         layout = layout_of(known_places, core_setup(mechanism), options, readings)
-        return cls(
+        found = cls(
             observed, layout.names, layout.prior, mechanism, layout, options, drawn=known_places
         )
+        return found.with_datum(poses) if "readings" in observed.kinds else found
+
+    def with_datum(self, poses: Array) -> Survey:
+        """Return it with the tolerances as priors where poses do not show all, as `identify`."""
+        if self.options.prior is not None or not self.unseen([self.rows(poses[:_FEW_POSES])]):
+            return self
+        options = dataclasses.replace(self.options, prior="tolerances")
+        layout = self.layout.with_prior("tolerances")
+        return dataclasses.replace(self, options=options, layout=layout, priors=layout.prior)
 
     def in_order(self, poses: Array) -> Survey:
         """Return the survey of poses that are visited in this order, with what changes meanwhile.
@@ -215,13 +226,15 @@ class Survey(Value):
 
     @property
     def floating(self) -> bool:
-        """Whether points at unknown places are all that is seen of positions.
+        """Whether points at unknown places, or nothing, are all that is seen of positions.
 
         Where the platform's frame is among them no observation shows, so that errors are those
         that no other base and platform frame would take away.
         """
-        placeless = any(name.startswith("point") for name in self.unknowns)
         kinds = self.observed.kinds
+        if kinds == ("readings",):
+            return True
+        placeless = any(name.startswith("point") for name in self.unknowns)
         return placeless and "points" in kinds and _TRACKED.isdisjoint(kinds)
 
     @property

@@ -146,7 +146,8 @@ class Layout(Value):
         ties = [_tie(names, pattern, sorts) for pattern in shared]
         chosen = chosen.union(*ties) - names.matching("fixed", fixed) | _placeless(mechanism, names)
         values = dict(zip(scalars, scalar_values(setup).tolist(), strict=True))
-        bound = _bound(names, units, [tie] if isinstance(tie, str) else tie, chosen, values)
+        equations = [*mechanism.ties, *([tie] if isinstance(tie, str) else tie)]
+        bound = _bound(names, units, equations, chosen, values)
         followers = {names.index[name] for name in bound.by}
         _refuse_twice(names, followers & set().union(*ties))
         chosen -= followers

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -59,53 +59,96 @@ def with_declared_chains(source: TomlSource) -> TomlSource:
     free = workspace.get("free") if isinstance(workspace, dict) else None
     if isinstance(workspace, dict):
         values["workspace"] = {name: each for name, each in workspace.items() if name != "free"}
-    names = {}
+    names: dict[str, tuple[str, ...]] = {}
     for label in tables:
         place = ("chains", label)
         try:
             given = tables[label]
             if isinstance(given, dict) and free is not None:
                 given = {"free": free, **given}
-            names[label] = declare(_declared(label, given, values))
+            readings = _declared(label, given, values)
+            names[label] = tuple(map(declare, readings))
+            names |= {each.label: (each.name,) for each in readings if each.reading}
         except WrongValueError as error:
             raise source.error((*place, *error.keys), str(error)) from error
         except SymkinError as error:
             raise source.error(place, str(error)) from error
-    if values.get("chain") in names:
-        values["chain"] = names[values["chain"]]
-    default = values.get("chain")
+    default = names.get(str(values.get("chain")), ())
+    if len(default) == 1:
+        values["chain"] = default[0]
+    elif default:
+        del values["chain"]
     if not any(section in values for section in _SECTIONS_OF_LEGS):
         values["reference_leg"] = {}
     for section in _SECTIONS_OF_LEGS:
         given = values.get(section)
-        if isinstance(given, dict):
-            values[section] = _filled(given, names, default)
-        elif isinstance(given, list):
-            values[section] = [_filled(each, names, default) for each in given]
+        legs = [given] if isinstance(given, dict) else given
+        if not isinstance(legs, list):
+            continue
+        read = _with_readings(legs, names, default)
+        if isinstance(given, dict) and len(read) == 1:
+            values[section] = read[0]
+            continue
+        del values[section]
+        values["reference_legs" if section == "reference_leg" else section] = read
+        symmetry = values.get("symmetry")
+        if isinstance(symmetry, dict) and len(read) > len(legs):
+            values["symmetry"] = _with_count(symmetry, len(legs), len(read), section)
     return dataclasses.replace(source, values=values)
 
 
-def _filled(leg: Any, names: Mapping[str, str], default: Any) -> Any:
-    """A leg's table with the drawn values that it does not change."""
-    if not isinstance(leg, dict):
-        return leg
-    chain = names.get(str(leg.get("chain")), default)
-    declared = declared_chain(str(chain))
-    if declared is None:
-        return leg
-    given: _Values = {"sensor_gain": 1.0, "sensor_offset": 0.0, **declared.nominal}
+def _with_readings(
+    legs: list[Any], names: Mapping[str, tuple[str, ...]], default: tuple[str, ...]
+) -> list[Any]:
+    """Legs' tables with all drawn values; a leg with several readings once for each of them.
+
+    The first readings of all legs stand before the second.
+    """
+    chains = [
+        names.get(str(leg.get("chain")), () if "chain" in leg else default)
+        if isinstance(leg, dict)
+        else ()
+        for leg in legs
+    ]
+    most = max((len(each) for each in chains), default=0)
+    return [
+        _filled(leg, of_leg, number, own="chain" in leg or len(of_leg) > 1) if of_leg else leg
+        for number in range(max(most, 1))
+        for leg, of_leg in zip(legs, chains, strict=True)
+        if number < max(len(of_leg), 1)
+    ]
+
+
+def _with_count(symmetry: _Values, legs: int, readings: int, section: str) -> _Values:
+    """The symmetry with the number of readings for that of legs, where each has as many."""
+    count = symmetry.get("legs")
+    if not isinstance(count, int):
+        return symmetry
+    others = {name: value for name, value in symmetry.items() if name != "legs"}
+    if section == "legs":
+        return others if count == legs else symmetry
+    return others | ({"legs": count * readings // legs} if readings % legs == 0 else {})
+
+
+def _filled(leg: _Values, chains: Sequence[str], reading: int, *, own: bool) -> _Values:
+    """A leg's table with the drawn values that it does not change, for one of its readings."""
+    declared = [each for each in map(declared_chain, chains) if each is not None]
+    joints = [each.reading for each in declared]
+    given: _Values = {"sensor_gain": 1.0, "sensor_offset": 0.0, **declared[reading].nominal}
     for name, value in leg.items():
-        if isinstance(value, dict) and "value" not in value:
-            given |= {f"{name}_{each}": number for each, number in value.items()}
-        else:
+        if not isinstance(value, dict) or "value" in value:
             given[name] = value
-    if "chain" in leg:
-        given["chain"] = chain
+        elif name.startswith("sensor_") and {*value} <= {*joints}:
+            given[name] = value.get(joints[reading], given[name])
+        else:
+            given |= {f"{name}_{each}": number for each, number in value.items()}
+    if own:
+        given["chain"] = chains[reading]
     return given
 
 
-def _declared(label: str, table: Any, file: _Values) -> DeclaredChain:
-    """The chain of a table."""
+def _declared(label: str, table: Any, file: _Values) -> list[DeclaredChain]:
+    """The chains of a table, one for each joint that is read."""
     if not isinstance(table, dict):
         raise WrongValueError("is not a table; expected path, rods, home")
     for key in table:
@@ -193,15 +236,13 @@ def _aim(builder: LegBuilder, pose_space: str, home_pose: list[float]) -> None:
 
 def _chain(
     label: str, table: _Values, builder: LegBuilder, pose_space: str, home_pose: list[float]
-) -> DeclaredChain:
+) -> list[DeclaredChain]:
     scalars, nominal, exact = builder.scalars()
     own = builder.own_joints
     start, known = _home_joints(table.get("home", {}), builder)
-    read = sum(builder.joints[each][2] for each in own)
-    if read != 1:
-        raise WrongValueError(
-            f"has {read} joints in brackets; expected one, since a leg has one reading", ("path",)
-        )
+    read = [each for each in own if builder.joints[each][2]]
+    if not read:
+        raise WrongValueError("has no joint in brackets; expected one that is read", ("path",))
     units = list(POSE_SPACES[pose_space].units)
     free = table.get("free", [])
     for each in free:
@@ -209,6 +250,7 @@ def _chain(
             raise WrongValueError(f"is {each!r}; expected {' or '.join(units)}", ("free",))
     chain = DeclaredChain(
         label,
+        "",
         pose_space,
         [list(each) for each in builder.joints],
         [builder.numbers(each) for each in range(len(builder.values))],
@@ -222,12 +264,23 @@ def _chain(
         {},
     )
     found = _core.joints_at_home(chain.core(), known)
-    chain = dataclasses.replace(chain, home_joints=[float(each) for each in found])
-    redundant = _core.redundant_scalars(chain.core())
-    held = [[*each[:5], each[5] or shown] for each, shown in zip(scalars, redundant, strict=True)]
-    home = dict(zip(builder.own_names, chain.home_joints, strict=True))
+    home_joints = [float(each) for each in found]
+    home = dict(zip(builder.own_names, home_joints, strict=True))
     written = {**builder.written(table), "home": home, "pose": _bounds(pose_space, home_pose)}
-    return dataclasses.replace(chain, scalars=held, table=written)
+    chain = dataclasses.replace(chain, home_joints=home_joints, table=written)
+    chains = [_reading(chain, each, builder.names[each]) for each in read[1:] and read] or [chain]
+    redundant = _core.redundant_scalars([each.core() for each in chains])
+    held = [[*each[:5], each[5] or shown] for each, shown in zip(scalars, redundant, strict=True)]
+    return [dataclasses.replace(each, scalars=held) for each in chains]
+
+
+def _reading(chain: DeclaredChain, joint: int, name: str) -> DeclaredChain:
+    """The chain with one joint that is read; the others that are turn freely."""
+    joints = [
+        [kind, axis, index == joint, *rest]
+        for index, (kind, axis, _, *rest) in enumerate(chain.joints)
+    ]
+    return dataclasses.replace(chain, reading=name, joints=joints)
 
 
 def _bounds(pose_space: str, pose: list[float]) -> list[float]:

@@ -139,11 +139,9 @@ def _section(heading: str, values: _Values, notes: Mapping[str, str]) -> str:
 def _declared(mechanism: Mechanism) -> list[str]:
     """The chains that the file must declare."""
     sections = []
-    for chain in dict.fromkeys(mechanism.chains):
-        declared = declared_chain(chain)
-        if declared is None:
-            continue
-        lines = [f"[chains.{toml_key(declared.label)}]"]
+    found = [declared_chain(chain) for chain in mechanism.chains]
+    for declared in {each.leg: each for each in found if each is not None}.values():
+        lines = [f"[chains.{toml_key(declared.table_name)}]"]
         for name, value in declared.table.items():
             if name in ("path", "platform_path", "rods", "loops"):
                 items = "".join(f"  {toml_value(each)},\n" for each in value)

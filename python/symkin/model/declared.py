@@ -9,25 +9,32 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from symkin import _core
 
-__all__ = ["DeclaredChain", "declare", "declared_chain", "label_of"]
+__all__ = ["DeclaredChain", "declare", "declared_chain", "label_of", "readings_of_legs"]
 
 _MARK = "@"
 
 
 @dataclass(frozen=True)
 class DeclaredChain:
-    """A declared chain.
+    """A declared chain: a leg of which one joint is read.
+
+    Of a leg with several joints that are read there is a chain for each: the same joints, the
+    others of which turn freely. Together they have the closures that the leg has, each with a
+    reading of its own.
 
     Attributes
     ----------
-    label : str
-        As the file calls it.
+    table_name : str
+        As the file calls its table.
+    reading : str
+        The joint that is read, where it is not the only one.
     pose_space : str
         Kind of the poses.
     joints, transforms, loops, scalars : list
@@ -45,7 +52,8 @@ class DeclaredChain:
         The declaration as the file has it, with what was found filled in.
     """
 
-    label: str
+    table_name: str
+    reading: str
     pose_space: str
     joints: list[list[Any]]
     transforms: list[list[float]]
@@ -59,11 +67,24 @@ class DeclaredChain:
     table: dict[str, Any]
 
     @property
+    def label(self) -> str:
+        """What a file calls it."""
+        return f"{self.table_name}.{self.reading}" if self.reading else self.table_name
+
+    @property
     def name(self) -> str:
         """The name of the chain."""
-        told = {**vars(self), "label": "", "table": {}}
-        digest = hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()
-        return f"{self.label}{_MARK}{digest[:8]}"
+        return f"{self.label}{_MARK}{self._digest(self.joints)}"
+
+    @property
+    def leg(self) -> str:
+        """What all chains of one leg have in common."""
+        unread = [[kind, axis, False, *rest] for kind, axis, _, *rest in self.joints]
+        return f"{self.table_name}{_MARK}{self._digest(unread)}"
+
+    def _digest(self, joints: Sequence[Sequence[Any]]) -> str:
+        told = {**vars(self), "table_name": "", "reading": "", "joints": joints, "table": {}}
+        return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()[:8]
 
     def core(self) -> _core.Declaration:
         """What the core is told."""
@@ -115,3 +136,20 @@ def declare_again(fields: Mapping[str, Any]) -> None:
 def label_of(name: str) -> str:
     """Return what a file calls a chain."""
     return name.partition(_MARK)[0] if name in _CHAINS else name
+
+
+def readings_of_legs(chains: Sequence[str]) -> tuple[tuple[int, ...], ...]:
+    """Which chains of a mechanism are one leg, read at several joints; all others by themselves.
+
+    The first that reads a joint goes with the first that reads another joint of such a leg, and so
+    on.
+    """
+    legs: dict[tuple[str, int], list[int]] = {}
+    seen: Counter[str] = Counter()
+    for number, chain in enumerate(chains):
+        declared = declared_chain(chain)
+        several = declared is not None and declared.reading
+        whole = declared.leg if declared is not None and several else str(number)
+        legs.setdefault((whole, seen[chain] if several else 0), []).append(number)
+        seen[chain] += 1
+    return tuple(map(tuple, legs.values()))

@@ -28,6 +28,7 @@ from symkin.model.chains import (
     require_mixable,
     union_of_names,
 )
+from symkin.model.declared import readings_of_legs
 from symkin.model.kinematics import Kinematics
 from symkin.model.poses import POSE_SPACES, PoseSpace
 from symkin.model.sensor_table import SensorTable
@@ -174,7 +175,9 @@ class Mechanism(Kinematics):
         reading_unit = reading_unit or common_reading_unit(infos)
         names = union_of_names(infos)
         legs = tuple(
-            dataclasses.replace(leg, parameters=parameter_values(leg, info, number))
+            dataclasses.replace(
+                leg, chain=info.name, parameters=parameter_values(leg, info, number)
+            )
             for number, (leg, info) in enumerate(zip(legs, infos, strict=True), 1)
         )
         values = np.array([[leg.parameters.get(name, 0.0) for name in names] for leg in legs])
@@ -294,6 +297,26 @@ class Mechanism(Kinematics):
         """Return the description of the chain of a leg (from 0)."""
         return self._infos[leg]
 
+    @cached_property
+    def leg_readings(self) -> tuple[tuple[int, ...], ...]:
+        """The legs (from 0), each by itself, but those that are readings of one leg together.
+
+        A declared leg with several joints that are read is in every array as many legs, which share
+        their geometry.
+        """
+        return readings_of_legs(self.chains)
+
+    @property
+    def ties(self) -> tuple[str, ...]:
+        """What readings of one leg have in common: ``leg1.rod_x = leg4.rod_x``, see `identify`."""
+        return tuple(
+            f"leg{first + 1}.{name} = leg{other + 1}.{name}"
+            for first, *others in self.leg_readings
+            for other in others
+            for column, name in zip(self.estimated[first], self.estimated_names(first), strict=True)
+            if not self.parameter_roles(first)[column].of_sensor
+        )
+
     @property
     def pose_space(self) -> str:
         """Kind of the poses: "planar", "point", "spatial", "translating" or "spherical"."""
@@ -391,11 +414,29 @@ class Mechanism(Kinematics):
     @property
     def least_poses(self) -> int:
         """Poses that every leg needs: as many closures as it has parameters to identify."""
-        return -(-max(self.estimated_counts) // self.closures)
+        return max(
+            -(-len(self._names_of(readings)) // (self.closures * len(readings)))
+            for readings in self.leg_readings
+        )
+
+    def _names_of(self, readings: Sequence[int]) -> set[str]:
+        return {name for reading in readings for name in self.names_in_leg(reading)}
 
     def estimated_names(self, leg: int) -> tuple[str, ...]:
         """Names of a leg's (from 0) parameters that are identified."""
         return tuple(self.parameter_names[column] for column in self.estimated[leg])
+
+    def names_in_leg(self, leg: int) -> tuple[str, ...]:
+        """The same as they are called among all readings of one leg.
+
+        What they share by its name, the sensors of all but the first as ``leg4.sensor_offset``.
+        """
+        first = next(each[0] for each in self.leg_readings if leg in each)
+        roles = self.parameter_roles(leg)
+        return tuple(
+            f"leg{leg + 1}.{name}" if leg != first and roles[column].of_sensor else name
+            for column, name in zip(self.estimated[leg], self.estimated_names(leg), strict=True)
+        )
 
     @cached_property
     def held(self) -> tuple[tuple[str, ...], ...]:

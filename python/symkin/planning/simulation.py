@@ -112,7 +112,11 @@ def disturb(mechanism: Mechanism, seed: int) -> Mechanism:
         Without a declared symmetry, which it has no longer.
     """
     made = _core.disturb(mechanism.core, tolerances_of(mechanism.tolerances), seed)
-    return mechanism.with_parameters(canonical(mechanism, made.parameters)[0], symmetry=None)
+    values = made.parameters
+    links = [not role.of_sensor for role in mechanism.parameter_roles(0)]
+    for first, *others in mechanism.leg_readings:  # of one leg, which is made once
+        values[np.ix_(others, links)] = values[first, links]
+    return mechanism.with_parameters(canonical(mechanism, values)[0], symmetry=None)
 
 
 @checks()

@@ -95,7 +95,8 @@ def check_page(result: CheckResult) -> Page:
 
 def _headlines(result: CheckResult) -> list[Headline]:
     mechanism, home = result.mechanism, result.home
-    settings, counts = mechanism.workspace, mechanism.estimated_counts
+    settings = mechanism.workspace
+    counts = [len(leg.parameter_names) for leg in result.observability]
     limit = "" if settings is None else f"at most {settings.conditioning_limit:g}; "
     condition = ("Condition number at home", significant(home.condition), f"{limit}1 is best")
     if result.sample is None:
@@ -113,6 +114,11 @@ def _headlines(result: CheckResult) -> list[Headline]:
         ("Design", result.design, _DESIGNS[result.design]),
         ("Workspace", f"{100 * result.share:.1f}%", "of its box can be used"),
     ]
+    alone = result.readings_alone
+    if alone is not None:
+        count = f"{alone.shown} of {alone.parameters}"
+        without = f"parameters, with no device; not {alone.datum}"
+        headlines.append(("Readings alone show", count, without))
     return headlines if home.condition <= _SOUND else [*headlines, condition]
 
 

@@ -26,7 +26,7 @@ from symkin.analysis.workspace import (
 )
 from symkin.errors import named_legs
 from symkin.model.chains import legs_in_words
-from symkin.model.declared import declared_chain
+from symkin.model.declared import declared_chain, label_of
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import transforms
 from symkin.model.symmetry import SymmetryGroup
@@ -134,7 +134,7 @@ def legs_table(
     has an empty one.
     """
     rows = [
-        *([("chain", *mechanism.chains)] if mechanism.mixed else []),
+        *([("chain", *map(label_of, mechanism.chains))] if mechanism.mixed else []),
         *before,
         ("working mode", *(f"{mode:+d}" for mode in mechanism.working_modes)),
         *(_parameter_row(mechanism, index) for index in range(len(mechanism.parameter_names))),

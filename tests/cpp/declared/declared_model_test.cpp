@@ -184,7 +184,7 @@ TEST(DeclaredModel, HoldsWhatOthersShow) {
       scalar("proximal.y", 1, Slot::y, End::none, ParameterKind::mirrored_coordinate));
   declaration.leg.scalars.push_back(
       scalar("base.rz", 0, Slot::rz, End::base, ParameterKind::mirrored_small_turn));
-  const std::vector<bool> held = redundant_scalars(declaration);
+  const std::vector<bool> held = redundant_scalars({declaration});
   // Link lengths come first; a turn of the base is the sensor's offset, and y of the link bends it.
   EXPECT_EQ(held, (std::vector<bool>{false, false, false, false, false, false, true, true}));
 }

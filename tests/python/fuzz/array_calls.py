@@ -682,9 +682,11 @@ def _of_declared_legs() -> Iterator[Call]:
         "_core.Declaration",
         {"pose": np.array(chain.home_pose), "joints": np.array(chain.home_joints)},
         lambda pose, joints: _core.redundant_scalars(
-            replace(
-                chain, home_pose=np.ravel(pose).tolist(), home_joints=np.ravel(joints).tolist()
-            ).core()
+            [
+                replace(
+                    chain, home_pose=np.ravel(pose).tolist(), home_joints=np.ravel(joints).tolist()
+                ).core()
+            ]
         ),
     )
 

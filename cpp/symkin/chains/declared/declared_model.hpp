@@ -29,10 +29,11 @@ std::unique_ptr<const ChainModel> declared_model(const Declaration& declaration)
 Vector joints_at_home(const Description& leg, const Pose& pose, ConstVector start,
                       const std::vector<bool>& known);
 
-// Which scalars show nothing that the sensor and other scalars do not show at full poses near home,
-// in first order: lengths of links are kept first, then positions at the base, at the platform, and
-// turns in the same order. True where a scalar is to be held.
-std::vector<bool> redundant_scalars(const Declaration& declaration);
+// Which scalars show nothing that the sensors and other scalars do not show at full poses near
+// home, in first order: lengths of links are kept first, then positions at the base, at the
+// platform, and turns in the same order. True where a scalar is to be held. A leg with several
+// sensors is declared once for each, with that joint alone read; throws InvalidInput without any.
+std::vector<bool> redundant_scalars(const std::vector<Declaration>& readings);
 
 Pose pose_of(PoseSpace space, const double* row);
 

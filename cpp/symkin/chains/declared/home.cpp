@@ -78,6 +78,23 @@ std::vector<Vector> poses_near(const Declaration& declaration, const ChainModel&
   return poses;
 }
 
+// Derivatives of the leg's closures by its parameters at such poses.
+RowMatrix rows_near(const Declaration& declaration, ConstVector geometry) {
+  const auto model = declared_model(declaration);
+  Vector parameters(model->parameter_count());
+  parameters << geometry, 1, 1, 0;
+  const std::vector<Vector> near = poses_near(declaration, *model, parameters);
+  RowMatrix poses(static_cast<Index>(near.size()), declaration.home_pose.size());
+  for (std::size_t i = 0; i < near.size(); ++i) {
+    poses.row(static_cast<Index>(i)) = near[i].transpose();
+  }
+  Vector readings(poses.rows());
+  model->inverse_kinematics(parameters, 1, poses, readings);
+  ClosureRows rows;
+  model->linearise(parameters, poses, readings, rows);
+  return rows.by_parameters;
+}
+
 }  // namespace
 
 Vector joints_at_home(const Description& leg, const Pose& pose, ConstVector start,
@@ -117,45 +134,51 @@ Vector joints_at_home(const Description& leg, const Pose& pose, ConstVector star
   throw InvalidInput("no joint values near those of home close the leg at the pose home");
 }
 
-std::vector<bool> redundant_scalars(const Declaration& declaration) {
+std::vector<bool> redundant_scalars(const std::vector<Declaration>& readings) {
   constexpr double kAdds = 1e-9;  // of itself
-  const std::vector<Scalar>& scalars = declaration.leg.scalars;
-  Declaration plain = declaration;
-  const auto model = declared_model(plain);
-  Vector parameters(model->parameter_count());
-  for (std::size_t i = 0; i < scalars.size(); ++i) {
-    parameters[static_cast<Index>(i)] =
-        declaration.leg.transforms[static_cast<std::size_t>(scalars[i].transform)]
-                                  [static_cast<std::size_t>(scalars[i].slot)];
+  if (readings.empty()) {
+    throw InvalidInput("a leg without a reading; expected one or more");
   }
-  parameters.tail<3>() << 1, 1, 0;
-  const std::vector<Vector> near = poses_near(declaration, *model, parameters);
-  RowMatrix poses(static_cast<Index>(near.size()), declaration.home_pose.size());
-  for (std::size_t i = 0; i < near.size(); ++i) {
-    poses.row(static_cast<Index>(i)) = near[i].transpose();
+  const Description& drawn = readings.front().leg;
+  const std::vector<Scalar>& scalars = drawn.scalars;
+  const auto count = static_cast<Index>(scalars.size());
+  Vector geometry(count);
+  for (Index i = 0; i < count; ++i) {
+    const Scalar& scalar = scalars[static_cast<std::size_t>(i)];
+    geometry[i] = drawn.transforms[static_cast<std::size_t>(scalar.transform)]
+                                  [static_cast<std::size_t>(scalar.slot)];
   }
-  Vector readings(poses.rows());
-  model->inverse_kinematics(parameters, 1, poses, readings);
-  ClosureRows rows;
-  model->linearise(parameters, poses, readings, rows);
+  // What is drawn, then gain and offset of each sensor: sensors show themselves in rows of their
+  // own.
+  const auto sensors = static_cast<Index>(readings.size());
+  RowMatrix columns(0, count + 2 * sensors);
+  for (Index i = 0; i < sensors; ++i) {
+    const RowMatrix own = rows_near(readings[static_cast<std::size_t>(i)], geometry);
+    const Index first = columns.rows();
+    columns.conservativeResize(first + own.rows(), Eigen::NoChange);
+    columns.bottomRows(own.rows()).setZero();
+    columns.block(first, 0, own.rows(), count) = own.leftCols(count);
+    columns.block(first, count + 2 * i, own.rows(), 2) = own.rightCols<2>();
+  }
   std::vector<Index> order(scalars.size());
   std::iota(order.begin(), order.end(), Index{0});
   std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) {
-    return rank_of(scalars[static_cast<std::size_t>(a)], parameters[a]) <
-           rank_of(scalars[static_cast<std::size_t>(b)], parameters[b]);
+    return rank_of(scalars[static_cast<std::size_t>(a)], geometry[a]) <
+           rank_of(scalars[static_cast<std::size_t>(b)], geometry[b]);
   });
-  // One after the other, sensor first, by what is left of it beside those before.
-  const Index first = static_cast<Index>(scalars.size());
-  order.insert(order.begin(), {first + 1, first + 2});
+  // One after the other, sensors first, by what is left of it beside those before.
+  for (Index i = 2 * sensors; i-- > 0;) {
+    order.insert(order.begin(), count + i);
+  }
   std::vector<Vector> kept;
   std::vector<bool> held(scalars.size(), false);
   for (const Index each : order) {
-    const bool of_sensor = each > first;
+    const bool of_sensor = each >= count;
     if (!of_sensor && (scalars[static_cast<std::size_t>(each)].held ||
                        is_constant(scalars[static_cast<std::size_t>(each)].role.kind))) {
       continue;
     }
-    const Vector column = rows.by_parameters.col(each);
+    const Vector column = columns.col(each);
     Vector left = column;
     for (int twice = 0; twice < 2; ++twice) {
       for (const Vector& other : kept) {
