@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from symkin.files.mechanism_file import load_columns, shipped_mechanisms
     from symkin.files.mechanism_schema import mechanism_schema
     from symkin.files.mechanism_writer import save_mechanism
+    from symkin.guided import measure
     from symkin.model.chains import chain_info, chains
     from symkin.model.mechanism import Leg, Mechanism
     from symkin.model.symmetry import compare_symmetry, detect_symmetry
@@ -83,6 +84,7 @@ __all__ = [
     "load_columns",
     "load_mechanism",
     "make_plan",
+    "measure",
     "mechanism_schema",
     "plan",
     "pose_count_curve",
@@ -119,6 +121,7 @@ _MODULES = {
     "files.mechanism_file": ("load_columns", "shipped_mechanisms"),
     "files.mechanism_schema": ("mechanism_schema",),
     "files.mechanism_writer": ("save_mechanism",),
+    "guided": ("measure",),
     "model.chains": ("chain_info", "chains"),
     "model.mechanism": ("Leg", "Mechanism"),
     "model.symmetry": ("compare_symmetry", "detect_symmetry"),
@@ -135,7 +138,7 @@ _MODULES = {
 }
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}
 _ROOMS = (
-    "acceptance", "analysis", "data", "errors", "estimate", "exports", "files", "model",
+    "acceptance", "analysis", "data", "errors", "estimate", "exports", "files", "guided", "model",
     "pipeline", "planning", "plot", "present", "results", "robot", "show", "storage", "study",
     "values",
 )  # fmt: skip

@@ -24,6 +24,7 @@ from symkin.estimate.survey import Observing, Unknowns
 from symkin.estimate.unknowns import Gauge, LossPer, Priors, Sensor
 from symkin.files.mechanism_file import read_mechanism
 from symkin.files.mechanism_writer import save_mechanism
+from symkin.guided import Session, measure
 from symkin.model.given import MechanismGiven
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import NoiseSettings
@@ -185,6 +186,37 @@ class Robot(Mechanism):
             growth=growth,
             backlash=backlash,
             confidence=confidence,
+        )
+
+    def measure(
+        self,
+        accuracy: float | None = None,
+        out: str | os.PathLike[str] | None = None,
+        *,
+        orientation: float | None = None,
+        confidence: float = CONFIDENCE,
+        noise: Literal["estimate"] | None = None,
+        candidates: int | ArrayLike | WorkspaceSample | None = None,
+        seed: int | None = None,
+        avoid: Sequence[Region] = (),
+        margin_sigmas: float = 3.0,
+        observe: Observable | Sequence[Observable] | None = None,
+        **unknowns: Unpack[Unknowns],
+    ) -> Session:
+        """Return `symkin.measure` of it: a guided session."""
+        return measure(
+            self,
+            accuracy,
+            out,
+            orientation=orientation,
+            confidence=confidence,
+            noise=noise,
+            candidates=candidates,
+            seed=seed,
+            avoid=avoid,
+            margin_sigmas=margin_sigmas,
+            observe=observe,
+            **unknowns,
         )
 
     def evaluate(

@@ -60,6 +60,9 @@ CALLS: dict[str, Callable[[dict[str, Any]], dict[str, Any]]] = {
     "load": lambda of: {"path_or_name": of["folder"] / "robot.toml"},
     "load_columns": lambda of: {"path": of["folder"] / "robot.toml"},
     "make_plan": lambda of: {"mechanism": of["mechanism"], "candidates": of["sample"]},
+    "measure": lambda of: {
+        "mechanism": of["mechanism"], "accuracy": 1e-4, "candidates": of["sample"],
+    },
     "plan": lambda of: {"mechanism": of["mechanism"], "pose_count": 10},
     "pose_count_curve": lambda of: {
         "mechanism": of["mechanism"], "candidates": of["sample"], "counts": [8, 9],

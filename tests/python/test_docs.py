@@ -30,6 +30,7 @@ PAGES = (
     "getting-started.md",
     "tutorial.md",
     "tutorial-real-data.md",
+    "how-to/guided-measuring.md",
     "user-guide/describing.md",
     "user-guide/symmetry.md",
     "user-guide/choosing-poses.md",
@@ -212,7 +213,7 @@ UNDOCUMENTED = (
 PUBLIC = (
     "acceptance", "analysis.alignment", "analysis.checks", "analysis.conditions",
     "analysis.evaluation", "analysis.observability", "analysis.observed", "analysis.workspace",
-    "data.measurements", "errors", "estimate", "exports", "model.kinematics",
+    "data.measurements", "errors", "estimate", "exports", "guided", "model.kinematics",
     "model.mechanism", "model.poses", "model.settings", "model.symmetry", "pipeline", "planning",
     "planning.simulation", "plot", "robot", "study",
 )  # fmt: skip

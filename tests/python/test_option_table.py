@@ -57,6 +57,7 @@ COMMAND_LINE_ALONE = {
     "base", "target", "points", "anchors", "plane",  # of an Observed
     "orientations", "forward", "to", "endstops", "nominal", "chain", "legs",
     "device", "robot", "angles", "convention",
+    "lost",  # of a simulated device
     "calibrated", "tolerance", "uncertainty", "about", "first", "second",
 }  # fmt: skip
 

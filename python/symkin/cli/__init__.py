@@ -20,6 +20,7 @@ from symkin.cli.acceptance import accept, compare
 from symkin.cli.console import exit_code_of
 from symkin.cli.help import WHOLE_HELP, HelpedCommand
 from symkin.cli.identify import align, evaluate, identify, identify_batch
+from symkin.cli.measure import measure, simulate_device
 from symkin.cli.mechanism import check, export, import_, kinematics, list_mechanisms, new, workspace
 from symkin.cli.options import command, refuse_unless
 from symkin.cli.protocol import plan, pose_count, run, simulate, study
@@ -40,6 +41,8 @@ for name, function in {
     "pose-count": pose_count,
     "plan": plan,
     "simulate": simulate,
+    "measure": measure,
+    "simulate-device": simulate_device,
     "identify": identify,
     "evaluate": evaluate,
     "accept": accept,
@@ -74,8 +77,9 @@ def overview(
     many; compare says what moved between two calibrations; kinematics is what a controller needs of
     the result, and export writes it for controllers and simulators; import reads a printer's
     configuration; identify-batch identifies many robots of one
-    drawing. MECHANISM is a file, or the name of a mechanism that comes with symkin, such as
-    3RRR.
+    drawing. measure stands beside whoever measures, and says what comes next and when it is enough;
+    simulate-device plays the robot and the device for it. MECHANISM is a file, or the name of a
+    mechanism that comes with symkin, such as 3RRR.
 
     A file that exists is not replaced unless --overwrite allows it, and a file that the command
     reads never is; both are checked before anything is computed. Outputs appear whole or not at

@@ -29,6 +29,7 @@ from symkin.data.columns import (
 from symkin.data.measurements import ALL_LEGS, Measurements
 from symkin.data.observables import OBSERVABLES
 from symkin.data.sensor_tables import read_straight_readings
+from symkin.data.tries import only_counting
 from symkin.data.unread import refuse_what_is_missed, unread_columns
 from symkin.data.writing import LOST_ORIENTATION, lost_row
 from symkin.errors import MeasurementError
@@ -87,7 +88,8 @@ def read_measurements(
         Which columns hold what. By default what the ``[measurements]`` section of the mechanism's
         file says, if the table has its columns; else the columns that symkin writes (``x_m``,
         ``phi_rad``, ``psi_1_rad``, ..., with any unit in the name; ``height_m``, ``x_sd_m`` and so
-        on for what else was observed).
+        on for what else was observed). Of a table with a column ``status``, as a guided session
+        writes it, the rows that are ``ok`` or ``repeat`` and were not taken back.
     ignore : sequence of str
         Columns that are left out on purpose. Of others, `Measurements.unread` names those that
         nothing was read from.
@@ -109,7 +111,8 @@ def read_measurements(
         mechanism without redundant legs.
     """
     mechanism = as_mechanism(mechanism)
-    return _measurements_of(read_table(source, mechanism.step), mechanism, columns, ignore)
+    table = only_counting(read_table(source, mechanism.step))
+    return _measurements_of(table, mechanism, columns, ignore)
 
 
 def as_measurements(measured: Measured, mechanism: Mechanism) -> Measurements:

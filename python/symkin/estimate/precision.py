@@ -37,6 +37,7 @@ __all__ = [
     "Shown",
     "correlations_of",
     "directions_of",
+    "expected_over",
     "heights_of",
     "in_words",
     "promising",
@@ -185,7 +186,7 @@ class Expected(Value):
         if robot.curvature is not None:
             return None
         try:
-            poses = sample_workspace(robot, _SAMPLES, robot.protocol.seed).poses
+            poses = expected_over(robot)
             survey, known = promising(found, robot)
             effects, good = survey.effects(poses)
         except SymkinError:
@@ -228,6 +229,11 @@ class Expected(Value):
             up_to_frames=survey.floating,
             budget=budget,
         )
+
+
+def expected_over(robot: Mechanism) -> Array:
+    """The poses of a robot's workspace over which the errors to expect of it are averaged."""
+    return sample_workspace(robot, _SAMPLES, robot.protocol.seed).poses
 
 
 def _budget(found: Found, effects: Array, known: Array) -> tuple[BudgetLine, ...]:

@@ -414,7 +414,7 @@ class Survey(Value):
         the largest error is bounded too.
         """
         poses = pose_rows(workspace)
-        position, orientation, *counts = self._weights(poses)
+        position, orientation, *counts = self.error_forms(poses)
         forms, known = (position, orientation), (confidence, noise_degrees)
         found = promised(forms, covariance, (counts[0], counts[1]), *known)
         found = dataclasses.replace(found, up_to_frames=self.floating)
@@ -428,7 +428,7 @@ class Survey(Value):
 
     def error_weight(self, workspace: ArrayLike | Any) -> Array:
         """As `symkin.analysis.observability.error_weight`, by the unknowns."""
-        position, orientation, *_ = self._weights(pose_rows(workspace))
+        position, orientation, *_ = self.error_forms(pose_rows(workspace))
         return np.asarray(position + self.mechanism.characteristic_length**2 * orientation)
 
     def promised(self, covariance: Array) -> tuple[PlannedUnknown, ...]:
@@ -444,8 +444,11 @@ class Survey(Value):
         named = zip(layout.names, layout.column_units, columns, strict=True)
         return tuple(PlannedUnknown(name, unit, *each) for name, unit, each in named)
 
-    def _weights(self, poses: Array) -> tuple[Array, Array, int, int]:
-        """Mean squared errors, as quadratic forms of errors of the unknowns; poses in and out."""
+    def error_forms(self, poses: Array) -> tuple[Array, Array, int, int]:
+        """Mean squared position and orientation errors over poses, by errors of the unknowns.
+
+        Quadratic forms, shape (unknowns, unknowns); and how many poses are in them, and left out.
+        """
         columns = len(self.unknowns) + len(self.assumed)
         forms, evaluated = np.zeros((2, columns, columns)), 0
         for first in range(0, len(poses), _BLOCK):

@@ -25,19 +25,21 @@ def travel_length(mechanism: Mechanism, poses: ArrayLike | WorkspaceSample) -> f
     return float(_distances(mechanism, stations[:-1], stations[1:]).sum())
 
 
-def visiting_order(mechanism: Mechanism, poses: Array, seed: int) -> NDArray[np.intp]:
-    """Order poses for a short way from home through all of them (a heuristic), to the last one.
+def visiting_order(
+    mechanism: Mechanism, poses: Array, seed: int, start: Array | None = None
+) -> NDArray[np.intp]:
+    """Order poses for a short way from home, or `start`, through all of them (a heuristic).
 
     Rows of the poses, shape (N,); in the given order if the heuristic finds no shorter way.
     """
     given = np.arange(len(poses), dtype=np.intp)
     if len(poses) < 2:
         return given
-    stations = np.vstack([mechanism.home, poses])
+    stations = np.vstack([mechanism.home if start is None else start, poses])
     ways = np.zeros((len(stations) + 1,) * 2)  # the last one is nowhere: it ends an open way
     ways[:-1, :-1] = _distances(mechanism, stations[:, None], stations[None])
     found = _short_way(ways / max(ways.max(), 1e-300), seed)[1:-1] - 1
-    shorter = travel_length(mechanism, poses[found]) < travel_length(mechanism, poses)
+    shorter = _length(ways, [0, *(found + 1)]) < _length(ways, range(len(stations)))
     return found if shorter else given
 
 
@@ -129,8 +131,9 @@ def _moved(ways: Array) -> Way | None:
     return better
 
 
-def _length(ways: Array, path: Way) -> float:
-    return float(ways[path[:-1], path[1:]].sum())
+def _length(ways: Array, path: ArrayLike) -> float:
+    stations = np.asarray(path)
+    return float(ways[stations[:-1], stations[1:]].sum())
 
 
 def _distances(mechanism: Mechanism, one: Array, other: Array) -> Array:

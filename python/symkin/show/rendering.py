@@ -45,7 +45,7 @@ def summary_text(page: Page) -> str:
     lines += [page.judgement] if page.judgement else []
     lines += [f"  {label}: {value}" for label, value, _ in headlines_of(page)]
     lines += [f"  Doubt: {doubt}" for doubt in page.doubts]
-    return _typed("\n".join(lines))
+    return typed("\n".join(lines))
 
 
 def headlines_of(page: Page) -> list[Headline]:
@@ -123,7 +123,7 @@ def page_text(page: Page, *, whole: bool = False, folder: str = "") -> str:
 
 
 def _joined(blocks: Iterable[str]) -> str:
-    return _typed("\n\n".join(each for each in blocks if each))
+    return typed("\n\n".join(each for each in blocks if each))
 
 
 def _height(text: str) -> int:
@@ -296,7 +296,7 @@ def _grid(heading: list[str], rows: list[list[str]], words: int, gap: int = 2) -
     return "\n".join(line.rstrip() for line in captured.get().rstrip("\n").split("\n"))
 
 
-def _typed(text: str) -> str:
+def typed(text: str) -> str:
     """With the characters of a keyboard, which can be searched for and pasted."""
     return text.translate(_TYPED)
 

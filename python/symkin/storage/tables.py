@@ -123,6 +123,23 @@ class Table:
         table._origin = self, names
         return table
 
+    def subset(self, rows: NDArray[np.intp], without: Sequence[str] = ()) -> Table:
+        """Return these rows alone, without some columns."""
+        columns: list[tuple[str, _Column]] = []
+        for name in self.names:
+            column = self._columns[name]
+            if name in without:
+                continue
+            if isinstance(column, list):
+                column = [column[row] for row in rows]
+            elif isinstance(column, tuple):
+                column = column[0][rows], column[1][rows]
+            columns.append((name, column))
+        numbers = self.row_numbers[rows].tolist()
+        table = Table(self.path, self.name, columns, numbers, self._separator)
+        table.step = self.step
+        return table
+
     @property
     def unread(self) -> tuple[str, ...]:
         """The columns whose cells nobody has asked for, in the file's order."""
@@ -188,8 +205,8 @@ class Table:
                 )
         return values
 
-    def labels(self, name: str) -> list[str]:
-        """Return a column of names, which may be numbers; none is empty."""
+    def texts(self, name: str) -> list[str]:
+        """Return a column of names, which may be numbers; empty cells are empty texts."""
         column = self._cells(name)
         if isinstance(column, str):
             raise self.error(f'column "{name}" holds {column}; expected names or numbers')
@@ -197,7 +214,11 @@ class Table:
             column = [
                 None if empty else f"{value:.15g}" for value, empty in zip(*column, strict=True)
             ]
-        labels = [label or "" for label in column]
+        return [label or "" for label in column]
+
+    def labels(self, name: str) -> list[str]:
+        """Return a column of names, which may be numbers; none is empty."""
+        labels = self.texts(name)
         if "" in labels:
             raise self.row_error(labels.index(""), f'is empty in column "{name}"; expected a name')
         return labels

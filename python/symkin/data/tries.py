@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: MIT
+"""Tables of tries: a line for every attempt to measure a pose, of which not all count.
+
+A guided session appends them, and nothing is ever deleted: a later line takes an earlier one back.
+Readers of measurements use the rows that count and pass over what else the lines say.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin.storage.tables import Table
+
+__all__ = ["COUNTING", "NOTES", "ROW", "STATUS", "counting_rows"]
+
+STATUS, ROW, TIME = "status", "row", "time_s"
+COUNTING = ("ok", "repeat")  # and an empty cell, of what somebody else appended
+UNDONE = "undone"  # a line that takes back the line with the same number
+# Columns that say how a line came about, and are no measurement.
+NOTES = (ROW, "time", STATUS, "repeat_of", "device", "remark")
+
+
+def counting_rows(statuses: list[str], numbers: list[str]) -> NDArray[np.intp]:
+    """Lines, from 0, that were measured and not taken back; a line without a number has its own."""
+    own = [number or str(place) for place, number in enumerate(numbers, 1)]
+    back = {number for number, status in zip(own, statuses, strict=True) if status == UNDONE}
+    return np.array(
+        [
+            place
+            for place, (number, status) in enumerate(zip(own, statuses, strict=True))
+            if status in ("", *COUNTING) and number not in back
+        ],
+        dtype=np.intp,
+    )
+
+
+def only_counting(table: Table) -> Table:
+    """Return a table without the lines of tries that do not count, if it is one of tries.
+
+    Raises
+    ------
+    MeasurementError
+        If no line counts.
+    """
+    if STATUS not in table.names:
+        return table
+    statuses = table.texts(STATUS)
+    numbers = table.texts(ROW) if ROW in table.names else [""] * len(statuses)
+    kept = counting_rows(statuses, numbers)
+    if not len(kept):
+        raise table.error(f'no row counts by its column "{STATUS}"; expected one that is ok')
+    # Who appends a row may not know when the session began: then the order is all there is.
+    timed = TIME in table.names and all(np.array(table.texts(TIME))[kept])
+    dropped = (*NOTES, *(() if timed else (TIME,)))
+    return table.subset(kept, without=dropped)

@@ -1,0 +1,183 @@
+# SPDX-License-Identifier: MIT
+"""How a guided session begins, or goes on."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Literal, Unpack
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from symkin.analysis.observed import Observable
+from symkin.analysis.promises import CONFIDENCE, thinned
+from symkin.analysis.workspace import WorkspaceSample, sample_workspace
+from symkin.errors import SymkinError
+from symkin.estimate.survey import Survey, Unknowns
+from symkin.estimate.unknowns import with_file_settings
+from symkin.files.mechanism_writer import save_mechanism
+from symkin.guided.choosing import Chooser, Target
+from symkin.guided.session import ROBOT, TABLE, Session
+from symkin.model.given import MechanismGiven, as_mechanism
+from symkin.model.mechanism import Mechanism
+from symkin.model.poses import pose_rows
+from symkin.model.settings import IdentificationSettings
+from symkin.options import checks
+from symkin.planning.observing import is_probing, on_the_bed, probing_unknowns
+from symkin.planning.prediction import check_wanted
+from symkin.planning.selection import (
+    Region,
+    allowed_candidates,
+    check_regions,
+    clearance,
+    design_tasks,
+)
+
+__all__ = ["SETTINGS", "measure"]
+
+Array = NDArray[np.float64]
+
+SETTINGS = "session.json"
+_CANDIDATES = 5000
+_ENOUGH = 500  # candidates that show what any shows
+
+
+@checks("candidates")
+def measure(
+    mechanism: MechanismGiven,
+    accuracy: float | None = None,
+    out: str | os.PathLike[str] | None = None,
+    *,
+    orientation: float | None = None,
+    confidence: float = CONFIDENCE,
+    noise: Literal["estimate"] | None = None,
+    candidates: int | ArrayLike | WorkspaceSample | None = None,
+    seed: int | None = None,
+    avoid: Sequence[Region] = (),
+    margin_sigmas: float = 3.0,
+    observe: Observable | Sequence[Observable] | None = None,
+    **unknowns: Unpack[Unknowns],
+) -> Session:
+    """Begin a guided session, or go on with one.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+        The nominal one.
+    accuracy : float, optional
+        End-effector error, root mean square over the workspace, that is wanted, m.
+    out : str or path, optional
+        The session's folder: one that is there goes on. By default it is kept in memory.
+    orientation : float, optional
+        The same of the orientation, rad; at least one of both is wanted.
+    confidence : float
+        Share of such robots that shall keep the accuracy.
+    noise : "estimate", optional
+        Estimate the noise with the unknowns: it is then enough only by Student's quantiles, and
+        with at least 20 degrees of freedom. By default it is the mechanism's.
+    candidates : int, or poses, optional
+        Poses to choose from, as `plan` has them; by default the protocol's, at most 5000.
+    seed : int, optional
+        Of the candidates; by default the protocol's.
+    avoid, margin_sigmas
+        See `make_plan`.
+    observe : str or sequence of str, optional
+        What is measured besides the readings, by default full poses; frames, points and anchors
+        are the mechanism's.
+    **unknowns
+        What is unknown, see `identify`; by default what the mechanism's file says. The tolerances
+        are priors unless others are given.
+
+    Returns
+    -------
+    Session
+
+    Raises
+    ------
+    SymkinError
+        For a folder that holds another session, naming the difference, and for options that do not
+        go together.
+    """
+    mechanism = as_mechanism(mechanism)
+    check_wanted(mechanism, accuracy, orientation)
+    target = Target(accuracy, orientation, confidence)
+    seed = mechanism.protocol.seed if seed is None else seed
+    number = candidates if isinstance(candidates, int | np.integer) else None
+    if candidates is None or number is not None:
+        number = number or min(mechanism.protocol.candidates, _CANDIDATES)
+        candidates = sample_workspace(mechanism, int(number), seed)
+    poses = pose_rows(candidates)
+    if observe is not None and is_probing(mechanism, observe):
+        poses = on_the_bed(mechanism, observe, poses)
+        unknowns = probing_unknowns(mechanism, unknowns)
+    given = {name: unknowns.get(name) for name in Unknowns.__annotations__}
+    wanted = with_file_settings(given, mechanism.identification)
+    wanted["prior"] = wanted.get("prior") or "tolerances"
+    settings = dict(vars(mechanism.identification or IdentificationSettings())) | wanted
+    robot = mechanism.replace(identification=IdentificationSettings(**settings))
+    check_regions(mechanism, avoid)
+    task = design_tasks(mechanism, "mechanism", use_symmetry=False)[0]
+    kept = clearance(mechanism, poses, margin_sigmas)
+    poses = poses[allowed_candidates(task, poses, None, avoid, kept)]
+    poses = poses[np.isfinite(mechanism.inverse_kinematics(poses)).all(axis=1)]
+    if not len(poses):
+        raise SymkinError(
+            "no candidate may be measured; expected a wider workspace, or fewer to avoid"
+        )
+    survey = Survey.of(robot, poses, observe, {})
+    assert survey is not None  # since there is always a prior
+    some = survey.rows(thinned(poses, _ENOUGH))
+    survey.covariance([some[np.isfinite(some).all(axis=(1, 2))]])  # which names what is not shown
+    chooser = Chooser(robot, poses, observe, {}, target, seed)
+    folder = None if out is None else Path(out)
+    if folder is not None:
+        _settle(folder, robot, poses, observe, target, noise, seed)
+    return Session(robot, chooser, survey, folder, noise)
+
+
+def _settle(
+    folder: Path,
+    robot: Mechanism,
+    poses: Array,
+    observe: Sequence[str] | None,
+    target: Target,
+    noise: str | None,
+    seed: int,
+) -> None:
+    """Write down what the session is of, or refuse a folder that has another."""
+    folder.mkdir(parents=True, exist_ok=True)
+    drawing = folder / f".{ROBOT}"
+    save_mechanism(robot, drawing, overwrite=True)
+    told: dict[str, Any] = {
+        "robot": robot.name,
+        "drawing or unknowns": hashlib.sha256(drawing.read_bytes()).hexdigest(),
+        "accuracy": target.wanted,
+        "confidence": target.confidence,
+        "observe": [observe] if isinstance(observe, str) else list(observe or ["pose"]),
+        "noise": noise or "declared",
+        "seed": seed,
+        "candidates": hashlib.sha256(np.ascontiguousarray(poses).tobytes()).hexdigest(),
+    }
+    path = folder / SETTINGS
+    if path.exists():
+        drawing.unlink()
+        before = json.loads(path.read_text(encoding="utf-8"))
+        other = [name for name, value in told.items() if before.get(name) != value]
+        if other:
+            raise SymkinError(
+                f"{folder}: is a session of another {' and '.join(other)}; expected the same, or "
+                "another folder"
+            )
+        return
+    if (folder / TABLE).exists():
+        drawing.unlink()
+        raise SymkinError(
+            f"{folder / TABLE}: is there without {SETTINGS}, which says what it is of; expected a "
+            "folder of a session, or a new one"
+        )
+    drawing.replace(folder / ROBOT)
+    path.write_text(json.dumps(told, indent=2) + "\n", encoding="utf-8")

@@ -1,0 +1,234 @@
+# SPDX-License-Identifier: MIT
+"""Which pose to measure next: a function of the drawing, the seed and the tries so far alone."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin.analysis.promises import promised, thinned
+from symkin.analysis.workspace import workspace_coordinates
+from symkin.estimate.estimate import Estimate
+from symkin.estimate.survey import SILENT, Observing, Survey
+from symkin.model.mechanism import Mechanism
+from symkin.planning.completion import Completing
+from symkin.planning.visiting import visiting_order
+
+__all__ = ["Chooser", "Target"]
+
+Array = NDArray[np.float64]
+
+_AHEAD = 5  # poses that are chosen together and visited by a short way
+_MOST = 60  # poses that are planned at most
+_WIDE = 1e3  # times its scale: what is known of an unknown without a prior
+_SPOILT = 10.0  # times the tolerances or the noise: an estimate that is no robot
+_SAME = 1e-7  # m or rad, by which a pose that was written and read again may differ
+_FAILS = 0.1  # share of the poses that fail, as long as nobody has tried
+_AVOIDED = 1.5  # standard deviations of the candidates, around a pose to avoid
+_AMONG = 2000  # candidates over which the error is averaged while poses are chosen
+
+
+@dataclass(frozen=True)
+class Target:
+    """The accuracy that is wanted: position and orientation, m and rad; None for any."""
+
+    position: float | None
+    orientation: float | None
+    confidence: float
+
+    @property
+    def wanted(self) -> dict[str, float]:
+        """Those that are wanted, by name."""
+        both = {"position": self.position, "orientation": self.orientation}
+        return {name: value for name, value in both.items() if value is not None}
+
+
+@dataclass
+class _Tries:
+    """What became of the candidates."""
+
+    taken: list[Array] = field(default_factory=list)  # poses, of all rows that count
+    used: set[int] = field(default_factory=set)
+    tried: list[Array] = field(default_factory=list)  # coordinates, in the candidates' deviations
+    failed: list[Array] = field(default_factory=list)
+    avoided: list[Array] = field(default_factory=list)
+
+
+class Chooser:
+    """Holds a completion of what is measured, and gives its poses one by one."""
+
+    def __init__(
+        self,
+        robot: Mechanism,
+        candidates: Array,
+        observe: Observing | None,
+        unknowns: Mapping[str, Any],
+        target: Target,
+        seed: int,
+    ) -> None:
+        self.robot, self.candidates, self.target = robot, candidates, target
+        self._observe, self._unknowns, self._seed = observe, unknowns, seed
+        coordinates = workspace_coordinates(robot, candidates)
+        spread = coordinates.std(axis=0)
+        self._places = coordinates / np.where(spread > 0, spread, 1.0)
+        self.begin()
+
+    def begin(self) -> None:
+        """Forget all tries."""
+        self._tries = _Tries()
+        self.queue: list[int] = []  # the next poses, in their order
+        self._held: list[int] = []  # the completion without them
+        self.planned = False
+        self.more = 0  # rows that are needed besides those taken, as far as can be told
+
+    def take(self, pose: Array | None) -> None:
+        """A pose was measured; None if nobody knows which."""
+        if pose is None:
+            return
+        self._tries.taken.append(pose)
+        place = self._place(pose)
+        if place is not None:
+            self._tries.used.add(place)
+            self._tries.tried.append(self._places[place])
+            self._drop(place)
+        self.more = max(self.more - 1, 0)
+        if not self.queue:
+            self.planned = False
+
+    def fail(self, pose: Array, *, counts: bool = True, avoid: bool = False) -> None:
+        """A pose could not be taken, or shall not be; `avoid` its neighbourhood too."""
+        place = self._place(pose)
+        if place is None:
+            return
+        self._tries.used.add(place)
+        if counts:
+            self._tries.tried.append(self._places[place])
+            self._tries.failed.append(self._places[place])
+        if avoid:
+            self._tries.avoided.append(self._places[place])
+        self._held = [*self.queue, *self._held]
+        self.queue = []
+        self._drop(place)
+        self.planned = False
+
+    @property
+    def region_fails(self) -> bool:
+        """Whether the last failure was the second nearby."""
+        failed = self._tries.failed
+        if len(failed) < 2:
+            return False
+        away = np.linalg.norm(np.array(failed[:-1]) - failed[-1], axis=1)
+        return bool((away < _AVOIDED).any())
+
+    def plan(self, estimate: Estimate[Any] | None) -> None:
+        """Choose the next poses, by the robot as it is known now."""
+        completing, reached = self._completing(estimate)
+        members = completing.completion([*self.queue, *self._held], reached, _MOST)
+        chosen = completing.first(members, _AHEAD)
+        self._held = [each for each in members if each not in chosen]
+        start = self._tries.taken[-1] if self._tries.taken else None
+        order = visiting_order(self.robot, self.candidates[chosen], self._seed, start)
+        self.queue = [chosen[place] for place in order.tolist()]
+        self.planned = True
+        done = reached(completing.covariance([]))
+        self.more = 0 if done else len(members)
+
+    def floor(self) -> tuple[dict[str, float], tuple[str, ...]]:
+        """What all candidates together would not undercut, and the unknowns that do it.
+
+        Bounds by name, m and rad, and names of what priors alone hold even then, the worst first.
+        """
+        survey, rows, forms, _ = self._surveyed(None)
+        flat = rows[np.isfinite(rows).all(axis=(1, 2))].reshape(-1, rows.shape[2])
+        known = np.linalg.inv(_prior_information(survey) + flat.T @ flat)
+        covariance: Array = np.outer(survey.scale, survey.scale) * known
+        shares = np.sqrt(np.diag(covariance)) / survey.priors
+        names = [survey.unknowns[i] for i in np.argsort(-shares) if shares[i] > SILENT]
+        return self._bounds(forms, covariance, 1.0), tuple(names)
+
+    def _completing(self, estimate: Estimate[Any] | None) -> tuple[Completing, Any]:
+        survey, rows, forms, widened = self._surveyed(estimate)
+        scale, information = survey.scale, _prior_information(survey)
+        scaled = np.outer(scale, scale)
+        if self._tries.taken:
+            own = survey.rows(np.array(self._tries.taken)).reshape(-1, len(scale)) * scale
+            own = own[np.isfinite(own).all(axis=1)]
+            information = information + own.T @ own
+        squares = [forms[name] / wanted**2 * scaled for name, wanted in self.target.wanted.items()]
+        chance = self._chance() * np.isfinite(rows).all(axis=(1, 2))
+        completing = Completing(
+            np.nan_to_num(rows), sum(squares[1:], squares[0]), information, chance
+        )
+
+        def reached(covariance: Array) -> bool:
+            bounds = self._bounds(forms, scaled * covariance, widened)
+            return all(bounds[name] <= value for name, value in self.target.wanted.items())
+
+        return completing, reached
+
+    def _surveyed(
+        self, estimate: Estimate[Any] | None
+    ) -> tuple[Survey, Array, dict[str, Array], float]:
+        survey = Survey.of(self._as_known(estimate), self.candidates, self._observe, self._unknowns)
+        assert survey is not None  # since there is always a prior
+        rows = survey.rows(self.candidates) * survey.scale
+        position, orientation, *_ = survey.error_forms(thinned(self.candidates, _AMONG))
+        widened = estimate.widened if estimate is not None else 1.0
+        return survey, rows, {"position": position, "orientation": orientation}, widened
+
+    def _as_known(self, estimate: Estimate[Any] | None) -> Mechanism:
+        """The robot where it is linearised: as estimated, unless a row has spoilt the estimate."""
+        if estimate is None or estimate.widened > _SPOILT:
+            return self.robot
+        known = self.robot.with_parameters(estimate.mechanism.parameters, symmetry=None)
+        return known.replace(frames=estimate.mechanism.frames)
+
+    def _bounds(
+        self, forms: Mapping[str, Array], covariance: Array, widened: float
+    ) -> dict[str, float]:
+        both = (forms["position"], forms["orientation"])
+        found = promised(both, covariance, (0, 0), self.target.confidence)
+        bounds = {"position": found.position_bound, "orientation": found.orientation_bound}
+        return {name: widened * value for name, value in bounds.items()}
+
+    def _chance(self) -> Array:
+        """How likely each candidate can be measured, by what became of those near it."""
+        tries, count = self._tries, len(self.candidates)
+
+        def weights(places: Sequence[Array]) -> Array:
+            total = np.zeros(count)
+            for place in places:
+                total += np.exp(-np.square(self._places - place).sum(axis=1) / 2)
+            return total
+
+        chance = 1 - (_FAILS + weights(tries.failed)) / (1 + weights(tries.tried))
+        for place in tries.avoided:
+            chance[np.linalg.norm(self._places - place, axis=1) < _AVOIDED] = 0
+        chance[list(tries.used)] = 0
+        return np.asarray(np.maximum(chance, 0.0))
+
+    def _place(self, pose: Array) -> int | None:
+        away = np.abs(self.candidates - pose).max(axis=1)
+        place = int(np.argmin(away))
+        return place if away[place] < _SAME else None
+
+    def _drop(self, place: int) -> None:
+        self.queue = [each for each in self.queue if each != place]
+        self._held = [each for each in self._held if each != place]
+
+
+def _prior_information(survey: Survey) -> Array:
+    """In units of the unknowns' scale; what has no prior has a wide one."""
+    scale = survey.scale
+    known = np.where(np.isfinite(survey.priors), survey.priors, _WIDE * scale)
+    return np.diag((scale / known) ** 2)
+
+
+def not_known() -> dict[str, float]:
+    """Bounds of what nothing is known of yet."""
+    return {"position": math.inf, "orientation": math.inf}

@@ -1,0 +1,233 @@
+# SPDX-License-Identifier: MIT
+"""A measuring device as a program that answers a line of JSON with a line of JSON.
+
+Lengths are in m, angles in rad, and null is what was not seen. Its standard error is its log, and
+it ends when its standard input does.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import math
+import queue
+import shlex
+import subprocess
+import sys
+import threading
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Self, get_args
+
+from symkin.data.columns import pose_column_names
+from symkin.errors import SymkinError
+from symkin.guided.session import Ask, Failure, Session
+from symkin.model.file_frames import as_drawn
+
+__all__ = ["VERSION", "Device", "DeviceError", "Failed", "Measured"]
+
+VERSION = 1
+_PATIENCE = 60.0  # s, unless the device says another
+_PARTING = 5.0  # s, until a program that was told to end is ended
+_FAILURES = get_args(Failure)
+
+
+class DeviceError(SymkinError):
+    """What a device said, or did not say, so that nothing can be measured with it."""
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What a device measured: values by column, m and rad; and who says so."""
+
+    row: Mapping[str, float]
+    remark: str = ""
+
+
+@dataclass(frozen=True)
+class Failed:
+    """Why a pose could not be measured."""
+
+    why: Failure
+    remark: str = ""
+
+
+class Device:
+    """A running program, asked for one pose at a time.
+
+    Parameters
+    ----------
+    command : str
+        As on a command line.
+    session : Session
+        Whose robot and columns it is told of.
+
+    Raises
+    ------
+    DeviceError
+        If it cannot be started, or answers with something else than the protocol has.
+    """
+
+    def __init__(self, command: str, session: Session) -> None:
+        self.command, self._session = command, session
+        try:
+            self._program = subprocess.Popen(
+                _words(command),
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                text=True,
+                encoding="utf-8",
+                errors="replace",
+            )
+        except (OSError, ValueError) as error:
+            raise DeviceError(f'the device "{command}" cannot be started: {error}') from error
+        self._lines: queue.Queue[str | None] = queue.Queue()
+        self._listener = threading.Thread(target=self._listen, daemon=True)
+        self._listener.start()
+        self._patience, self._id = _PATIENCE, 0
+        try:
+            hello = self._greeted()
+        except DeviceError:
+            self.close()
+            raise
+        self.name = " ".join(str(hello[key]) for key in ("device", "serial") if hello.get(key))
+        self._patience = float(hello.get("timeout_s", _PATIENCE))
+
+    def _greeted(self) -> dict[str, Any]:
+        robot = self._session.robot
+        hello = {"robot": robot.name, "legs": len(robot.legs), "want": self._session.columns}
+        self._send({"symkin": VERSION, "hello": hello})
+        answer = self._answer()
+        if answer.get("symkin") != VERSION:
+            raise self._wrong(answer, f'"symkin": {VERSION} in its first line')
+        return answer
+
+    def measure(self, ask: Ask) -> Measured | Failed:
+        """Measure a pose; what was lost is tried a second time if the device thinks it helps.
+
+        Raises
+        ------
+        DeviceError
+            For a fault, silence, or an answer that is none; nothing was measured then.
+        """
+        again = True
+        while True:
+            answer = self._asked(ask)
+            error = answer.get("error")
+            if error is None:
+                return self._measured(answer)
+            remark = str(answer.get("message", ""))
+            if error not in (*_FAILURES, "busy"):
+                raise DeviceError(f'the device reports a fault: "{error}" {remark}'.rstrip())
+            if answer.get("retry") and again and error in ("lost", "busy"):
+                again = False
+                continue
+            return Failed(error if error in _FAILURES else "unreachable", remark)
+
+    def close(self) -> None:
+        """End it."""
+        with contextlib.suppress(OSError):
+            assert self._program.stdin is not None
+            self._program.stdin.close()
+        try:
+            self._program.wait(_PARTING)
+        except subprocess.TimeoutExpired:
+            self._program.kill()
+            self._program.wait()
+        self._listener.join()
+
+    def abort(self) -> None:
+        """Tell it to stop where it is, and end it."""
+        with contextlib.suppress(DeviceError):
+            self._send({"id": self._id, "abort": True})
+        self.close()
+
+    def __enter__(self) -> Self:
+        """Begin."""
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        """End, or abort what it was doing."""
+        if kind is not None and issubclass(kind, KeyboardInterrupt):
+            self.abort()
+        else:
+            self.close()
+
+    def _asked(self, ask: Ask) -> dict[str, Any]:
+        self._id += 1
+        robot = self._session.robot
+        names = pose_column_names(robot.pose_space)
+        pose = as_drawn(robot, ask.pose[None])[0].tolist()
+        request = {
+            "pose": dict(zip(names, pose, strict=True)),
+            "readings": ask.readings.tolist(),
+            "repeat_of": ask.repeat_of,
+        }
+        self._send({"id": self._id, "measure": request})
+        while True:
+            answer = self._answer()
+            if answer.get("id") not in range(1, self._id + 1):
+                raise self._wrong(answer, f'"id": {self._id}')
+            late = answer["id"] < self._id  # of what was given up before
+            if not late and "status" not in answer:
+                return answer
+
+    def _measured(self, answer: Mapping[str, Any]) -> Measured:
+        measured, readings = answer.get("measured"), answer.get("readings") or []
+        legs = len(self._session.robot.legs)
+        if not isinstance(measured, dict) or len(readings) not in (0, legs):
+            raise self._wrong(answer, f'"measured" by column, and {legs} "readings" or none')
+        unit = self._session.robot.reading_unit
+        row = {f"psi_{leg}_{unit}": value for leg, value in enumerate(readings, 1)} | measured
+        try:
+            values = {name: math.nan if each is None else float(each) for name, each in row.items()}
+        except (TypeError, ValueError):
+            raise self._wrong(answer, "numbers or null") from None
+        if any(math.isinf(each) for each in values.values()) or "NaN" in json.dumps(row):
+            raise self._wrong(answer, "finite numbers or null")
+        spread = answer.get("spread_m")
+        return Measured(values, "" if spread is None else f"spread {spread:g} m")
+
+    def _send(self, message: Mapping[str, Any]) -> None:
+        try:
+            assert self._program.stdin is not None
+            self._program.stdin.write(json.dumps(message) + "\n")
+            self._program.stdin.flush()
+        except (OSError, ValueError) as error:
+            raise DeviceError(f'the device "{self.command}" has ended') from error
+
+    def _listen(self) -> None:
+        assert self._program.stdout is not None
+        with self._program.stdout as answers:
+            for line in answers:
+                self._lines.put(line)
+        self._lines.put(None)
+
+    def _answer(self) -> dict[str, Any]:
+        try:
+            line = self._lines.get(timeout=self._patience)
+        except queue.Empty:
+            raise DeviceError(
+                f"the device says nothing for {self._patience:g} s; expected an answer, or "
+                '{"id": ..., "status": "moving"} while it moves'
+            ) from None
+        if line is None:
+            raise DeviceError(f'the device "{self.command}" has ended')
+        try:
+            answer = json.loads(line)
+        except ValueError:
+            answer = None
+        if not isinstance(answer, dict):
+            raise DeviceError(f"the device says {line.strip()[:100]!r}; expected a line of JSON")
+        return answer
+
+    def _wrong(self, answer: Mapping[str, Any], expected: str) -> DeviceError:
+        said = json.dumps(answer)
+        return DeviceError(f"the device says {said[:150]}; expected {expected}")
+
+
+def _words(command: str) -> list[str]:
+    """The words of a command line; symkin's own commands are those of this installation."""
+    words = shlex.split(command)
+    own = [sys.executable, "-m", "symkin"]
+    return own + words[1:] if words[:1] == ["symkin"] else words

@@ -1,0 +1,425 @@
+# SPDX-License-Identifier: MIT
+"""A guided session: what to measure next, what is known after every row, and when it is enough."""
+
+from __future__ import annotations
+
+import datetime as dt
+import math
+import time
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin.data.measurements import Measurements
+from symkin.data.tries import ROW, STATUS, TIME, UNDONE
+from symkin.errors import SymkinError
+from symkin.estimate.estimate import Estimate
+from symkin.estimate.identification import identify
+from symkin.estimate.precision import expected_over
+from symkin.estimate.survey import Survey
+from symkin.guided.choosing import Chooser, not_known
+from symkin.guided.rows import RowFormat
+from symkin.guided.tries_table import TriesTable
+from symkin.model.mechanism import Mechanism
+from symkin.values import Value, record
+
+__all__ = ["Ask", "Failure", "Progress", "Session"]
+
+Array = NDArray[np.float64]
+Failure = Literal["unreachable", "occluded", "lost", "skipped"]
+
+LEAST_DEGREES = 20  # of freedom, before anything may stop by a noise that was estimated
+TABLE, ROBOT = "measured.csv", "robot.toml"
+_UNCOUNTED: Failure = "skipped"  # of failures: nothing speaks against poses nearby
+
+
+@record
+class Ask(Value):
+    """A pose to measure.
+
+    Attributes
+    ----------
+    row : int
+        The number that its row will have.
+    pose : ndarray, shape (coordinates,)
+        Where to send the robot, in the mechanism's own frame, m and rad.
+    readings : ndarray, shape (legs,)
+        What commands it, by the drawing.
+    repeat_of : int or None
+        The row that is measured again.
+    ahead : ndarray, shape (k, coordinates)
+        The poses after it, as far as they are chosen.
+    """
+
+    row: int
+    pose: Array
+    readings: Array
+    repeat_of: int | None
+    ahead: Array
+
+
+@record
+class Progress(Value):
+    """How far a session is.
+
+    Attributes
+    ----------
+    rows, failed : int
+        Rows that count, and tries that failed.
+    position_bound, orientation_bound : float
+        What the wanted share of such robots is within over the workspace (rms), m and rad;
+        infinite as long as that is not known.
+    reached : bool
+        Whether that is what was wanted.
+    more : int
+        Rows that are needed besides, as far as can be told.
+    degrees : float
+        Degrees of freedom of an estimated noise; infinite if it is declared.
+    never : bool
+        Whether rows of all candidates together would not do.
+    position_floor, orientation_floor : float
+        What would be left then, m and rad.
+    unseen : tuple of str
+        The unknowns that priors alone would hold then.
+    failure : str
+        Why there is no estimate; empty if there is one.
+    """
+
+    rows: int
+    failed: int
+    position_bound: float
+    orientation_bound: float
+    reached: bool
+    more: int
+    degrees: float
+    never: bool
+    position_floor: float
+    orientation_floor: float
+    unseen: tuple[str, ...]
+    failure: str
+
+
+class Session:
+    """Measuring, step by step: ask with `next`, tell with `add`, until `progress` is `reached`.
+
+    Made by `measure`, of a `Robot` by its method of that name. Its state is its table alone: the
+    same table, drawing and seed ask for the same pose.
+
+    Attributes
+    ----------
+    robot : Mechanism
+        What `identify` takes with the session's table: the drawing and what is unknown of it.
+    target : Target
+        What is wanted.
+    folder : Path or None
+        Where ``measured.csv``, ``robot.toml`` and ``session.json`` are; None in memory.
+    """
+
+    def __init__(
+        self,
+        robot: Mechanism,
+        chooser: Chooser,
+        observed: Survey,
+        folder: Path | None,
+        noise: Literal["estimate"] | None,
+    ) -> None:
+        self.robot, self.folder, self.target = robot, folder, chooser.target
+        self._chooser, self._noise = chooser, noise
+        self._format = RowFormat(robot, observed.observed)
+        # Frames that nobody knows take as many conditions before anything can be fitted.
+        conditions = observed.rows(chooser.candidates[:1]).shape[1]
+        self._least = -(-int(np.isinf(observed.priors).sum()) // conditions)
+        self.columns = self._format.columns
+        names = (ROW, "time", TIME, STATUS, "repeat_of", *self._format.commanded, *self.columns)
+        path = None if folder is None else folder / TABLE
+        self._table = TriesTable(path, (*names, "device", "remark"))
+        self._repeating: int | None = None
+        self._known: dict[int, tuple[Estimate[Any] | None, str]] = {}
+        self._told: dict[int, Progress] = {}
+        self._floor: tuple[dict[str, float], tuple[str, ...]] | None = None
+        self._seen = 0
+        self._follow()
+
+    # Asking
+
+    def next(self) -> Ask | None:
+        """Return the pose to measure now; None when the accuracy is reached, or never will be."""
+        self.refresh()
+        progress = self.progress
+        if self._repeating is None and (progress.reached or progress.never):
+            return None
+        return self.asked()
+
+    def asked(self) -> Ask:
+        """Return the pose to measure now, even if what is known is enough."""
+        if not self._chooser.planned:
+            self._chooser.plan(self._estimated()[0])
+        row = len(self._table.lines) + 1
+        queue = self._chooser.candidates[self._chooser.queue]
+        again = self._repeating
+        if again is not None:
+            pose, ahead = self._pose_of(self._line_of(again)), queue
+            assert pose is not None
+        elif len(queue):
+            pose, ahead = queue[0], queue[1:]
+        else:
+            raise SymkinError("no pose is left to measure: all were measured, failed or avoided")
+        return Ask(row, pose, self.robot.inverse_kinematics(pose[None])[0], again, ahead)
+
+    def __iter__(self) -> Session:
+        """Ask until nothing is left to ask."""
+        return self
+
+    def __next__(self) -> Ask:
+        """The same as `next`."""
+        asked = self.next()
+        if asked is None:
+            raise StopIteration
+        return asked
+
+    # Telling
+
+    def add(
+        self,
+        row: Mapping[str, float] | Measurements,
+        *,
+        device: str = "",
+        remark: str = "",
+    ) -> Progress:
+        """Tell what was measured at the pose that was asked for.
+
+        Parameters
+        ----------
+        row : mapping of str to float, or Measurements
+            Values by column, of `columns` and their twins in other units (``x_mm``,
+            ``psi_1_deg``). Readings that are not given are those that were commanded. Or
+            measurements of one row.
+        device : str
+            What measured it.
+        remark : str
+            For people.
+
+        Raises
+        ------
+        SymkinError
+            For columns that it does not have and values that cannot be; nothing is written then.
+        """
+        asked = self.asked()
+        cells = self._format.cells(row, asked.pose)
+        status = "ok" if asked.repeat_of is None else "repeat"
+        again = "" if asked.repeat_of is None else str(asked.repeat_of)
+        self._append(status, asked.pose, cells, device, remark, repeat_of=again)
+        return self.progress
+
+    def fail(self, why: Failure = "unreachable", *, remark: str = "") -> None:
+        """Tell that the pose could not be measured; another takes its place."""
+        self._append(why, self.asked().pose, {}, "", remark)
+
+    def skip(self) -> None:
+        """Leave the pose out; poses near it are as likely as before."""
+        self.fail(_UNCOUNTED)
+
+    def avoid(self) -> None:
+        """Leave out the pose and its neighbourhood, or that of the failure before it."""
+        asked = self.asked().pose
+        failed = [place for place in self._table.standing if self._failed(place)]
+        pose = self._pose_of(failed[-1]) if failed else None
+        self._append("avoid", asked if pose is None else pose, {}, "", "")
+
+    def repeat(self, row: int | None = None) -> None:
+        """Measure a row's pose again next, by default that of the last one."""
+        counting = self._table.counting
+        if not counting:
+            raise SymkinError("there is no row yet that could be repeated")
+        self._repeating = self._table.number(counting[-1] if row is None else self._line_of(row))
+
+    def undo(self, row: int | None = None, *, remark: str = "") -> int:
+        """Take back a row, by default the last line; its pose is asked for again.
+
+        Nothing is deleted: a line says that the row does not count. Returns its number.
+        """
+        standing = self._table.standing
+        if not standing:
+            raise SymkinError("there is no row yet that could be taken back")
+        place = standing[-1] if row is None else self._line_of(row)
+        number = self._table.number(place)
+        if place not in standing:
+            raise SymkinError(f"row {number} is taken back already")
+        self._append(UNDONE, None, {}, "", remark, number=number)
+        return number
+
+    def refresh(self) -> bool:
+        """Take in what others have appended to the file; says whether there was any."""
+        found = self._table.refresh()
+        if found:
+            self._follow()
+        return found
+
+    # What is known
+
+    @property
+    def measurements(self) -> Measurements | None:
+        """What was measured and counts; None before the first row."""
+        return self._table.measurements(self.robot)
+
+    @property
+    def estimate(self) -> Estimate[Any] | None:
+        """What is known now, as `identify` has it of `robot` and the table; None before it can."""
+        return self._estimated()[0]
+
+    @property
+    def progress(self) -> Progress:
+        """How far it is."""
+        count = len(self._table.lines)
+        if count not in self._told:
+            self._told = {count: self._progress()}
+        return self._told[count]
+
+    def _progress(self) -> Progress:
+        estimate, failure = self._estimated()
+        bounds, degrees = not_known(), math.inf
+        if estimate is not None:
+            try:
+                poses = expected_over(estimate.mechanism)
+                found = estimate.expected_accuracy(poses, self.target.confidence)
+            except SymkinError as error:  # as of a row that no robot can have
+                failure = str(error)
+            else:
+                bounds = {"position": found.position_bound, "orientation": found.orientation_bound}
+            if self._noise == "estimate":
+                degrees = max(estimate.degrees_of_freedom, 0.0)
+        reached = all(bounds[name] <= value for name, value in self.target.wanted.items())
+        floor, unseen = self._floored()
+        never = not reached and any(
+            floor[name] > value for name, value in self.target.wanted.items()
+        )
+        if not (self._chooser.planned or reached or never):
+            self._chooser.plan(estimate)
+        return Progress(
+            rows=len(self._table.counting),
+            failed=sum(map(self._failed, self._table.standing)),
+            position_bound=bounds["position"],
+            orientation_bound=bounds["orientation"],
+            reached=reached and degrees >= LEAST_DEGREES,
+            more=self._chooser.more,
+            degrees=degrees,
+            never=never,
+            position_floor=floor["position"],
+            orientation_floor=floor["orientation"],
+            unseen=unseen,
+            failure=failure,
+        )
+
+    @property
+    def torn(self) -> str:
+        """What was cut off the table, since it had not been written to its end."""
+        return self._table.torn
+
+    @property
+    def suggests_avoiding(self) -> bool:
+        """Whether the last failure was the second nearby."""
+        return self._chooser.region_fails
+
+    # How it is done
+
+    def _estimated(self, count: int | None = None) -> tuple[Estimate[Any] | None, str]:
+        """By so many lines, by default all; and why there is none."""
+        count = len(self._table.lines) if count is None else count
+        if count not in self._known:
+            self._known[count] = self._identified(count)
+        return self._known[count]
+
+    def _identified(self, count: int) -> tuple[Estimate[Any] | None, str]:
+        try:
+            measured = self._table.measurements(self.robot, count)
+            if measured is None or len(measured.poses) < self._least:
+                return None, ""
+            found = identify(
+                self.robot, measured, noise=self._noise, confidence=self.target.confidence
+            )
+        except SymkinError as error:
+            return None, str(error)
+        return (found, "") if found.converged else (None, found.failure)
+
+    def _floored(self) -> tuple[dict[str, float], tuple[str, ...]]:
+        if self._floor is None:
+            self._floor = self._chooser.floor()
+        return self._floor
+
+    def _follow(self) -> None:
+        """Let the choice of poses follow the lines that it has not seen.
+
+        Poses are planned when the line before has left none, by what was known then: so a session
+        that begins again asks for the same ones.
+        """
+        lines = self._table.lines
+        if any(line[STATUS] == UNDONE for line in lines[self._seen :]):
+            self._seen = 0
+            self._known.clear()
+            self._chooser.begin()
+        standing = set(self._table.standing)
+        for place in range(self._seen, len(lines)):
+            if place in standing:
+                if not self._chooser.planned:
+                    self._chooser.plan(self._estimated(place)[0])
+                self._tell(place)
+        self._seen = len(lines)
+        self._repeating = None
+
+    def _tell(self, place: int) -> None:
+        pose, status = self._pose_of(place), self._table.lines[place][STATUS]
+        if self._table.is_measured(place):
+            self._chooser.take(pose)
+        elif pose is not None:
+            counts = status not in (_UNCOUNTED, "avoid")
+            self._chooser.fail(pose, counts=counts, avoid=status == "avoid")
+
+    def _failed(self, place: int) -> bool:
+        line = self._table.lines[place]
+        return not self._table.is_measured(place) and line[STATUS] != UNDONE
+
+    def _line_of(self, row: int) -> int:
+        for place in range(len(self._table.lines)):
+            known = self._table.lines[place][STATUS] != UNDONE
+            if known and self._table.number(place) == row:
+                return place
+        raise SymkinError(f"there is no row {row}; expected 1 to {len(self._table.lines)}")
+
+    def _pose_of(self, place: int) -> Array | None:
+        return self._format.pose(self._table.lines[place])
+
+    def _append(
+        self,
+        status: str,
+        pose: Array | None,
+        cells: Mapping[str, str],
+        device: str,
+        remark: str,
+        *,
+        repeat_of: str = "",
+        number: int | None = None,
+    ) -> None:
+        now = time.time()
+        first = next((line[TIME] for line in self._table.lines if line[TIME]), "")
+        began = next((line["time"] for line in self._table.lines if line["time"]), "")
+        since = 0.0
+        if first and began:
+            since = now - dt.datetime.fromisoformat(began).timestamp() + float(first)
+        stamp = dt.datetime.fromtimestamp(now, dt.UTC).isoformat(timespec="milliseconds")
+        self._table.append(
+            {
+                ROW: str(number or len(self._table.lines) + 1),
+                "time": stamp,
+                TIME: f"{max(since, 0.0):.3f}",
+                STATUS: status,
+                "repeat_of": repeat_of,
+                **({} if pose is None else self._format.commanded_cells(pose)),
+                **cells,
+                "device": device,
+                "remark": remark,
+            }
+        )
+        self._follow()

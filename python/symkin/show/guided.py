@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: MIT
+"""A guided session on a screen: the next pose, what the last row is worth, how far it is."""
+
+from __future__ import annotations
+
+import math
+import textwrap
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin.analysis.workspace import workspace_coordinates
+from symkin.data.sensor_tables import shown_readings
+from symkin.guided import Ask, Progress, Session
+from symkin.guided.session import LEAST_DEGREES, ROBOT, TABLE
+from symkin.model.file_frames import as_drawn
+from symkin.show.units import on_paper
+from symkin.show.wording import milli, percent, plural
+
+__all__ = ["ask_text", "end_text", "entry_units", "progress_text"]
+
+_BAR = 26
+_WIDTH = 79
+_NAMED = 3
+_UNKNOWN_MORE = "not known yet"
+
+
+def progress_text(session: Session, progress: Progress) -> str:
+    """How far a session is, in one or two lines."""
+    parts = []
+    for kind, unit in (("position", "m"), ("orientation", "rad")):
+        wanted = session.target.wanted.get(kind)
+        if wanted is None:
+            continue
+        bound = getattr(progress, f"{kind}_bound")
+        now = milli(bound, unit) if math.isfinite(bound) else _UNKNOWN_MORE
+        parts.append(f"{kind} {now} of {milli(wanted, unit)}")
+    more = "" if progress.reached or progress.never else f", some {progress.more} more"
+    failed = f", {progress.failed} failed" if progress.failed else ""
+    done = progress.rows + (0 if progress.reached else progress.more)
+    full = round(_BAR * progress.rows / max(done, 1))
+    bar = "#" * full + "." * (_BAR - full)
+    share = percent(session.target.confidence)
+    return "\n".join(
+        [
+            *_filled(f"{plural(progress.rows, 'row')}{more}{failed};  {'; '.join(parts)}"),
+            f"[{bar}]  what {share} of such robots keep",
+        ]
+    )
+
+
+def ask_text(session: Session, ask: Ask) -> str:
+    """The pose to measure, and what commands it."""
+    again = "" if ask.repeat_of is None else f" (row {ask.repeat_of} again)"
+    ahead = f", then {plural(len(ask.ahead), 'pose')}" if len(ask.ahead) else ""
+    lines = [
+        f"next {ask.row}{again}{ahead}",
+        *_filled("pose      " + pose_text(session, ask.pose), 2),
+        *_filled("readings  " + _readings(session, ask.readings), 2),
+    ]
+    return "\n".join(lines)
+
+
+def pose_text(session: Session, pose: NDArray[np.float64]) -> str:
+    """A pose in the frames of the robot's file."""
+    robot = session.robot
+    values = workspace_coordinates(robot, as_drawn(robot, pose[None]))[0]
+    return "  ".join(
+        _told(name, value, unit)
+        for (name, unit), value in zip(robot.space.units.items(), values.tolist(), strict=True)
+    )
+
+
+def _readings(session: Session, readings: NDArray[np.float64]) -> str:
+    robot = session.robot
+    shown = shown_readings(robot, readings[None])[0]
+    named = enumerate(shown.tolist(), 1)
+    return "  ".join(_told(str(leg), value, robot.reading_unit) for leg, value in named)
+
+
+def _told(name: str, value: float, unit: str) -> str:
+    factor, sign = on_paper(unit)
+    space = "" if sign == "\N{DEGREE SIGN}" else " "
+    return f"{name} {factor * value:+.3f}{space}{sign}"
+
+
+def entry_units(columns: Sequence[str]) -> list[tuple[str, float, str]]:
+    """What is typed of a row: the name with its unit, how many SI units one is, the column."""
+    found = []
+    for column in columns:
+        stem, _, unit = column.rpartition("_")
+        factor, sign = on_paper(unit) if unit in ("m", "rad") else (1.0, "")
+        found.append((f"{stem} {sign}".strip() if sign else column, 1 / factor, column))
+    return found
+
+
+def end_text(session: Session, progress: Progress) -> str:
+    """What a session came to, and what to do now."""
+    rows, share = plural(progress.rows, "row"), percent(session.target.confidence)
+    lines = _wanted(session, progress, "bound")
+    if progress.reached:
+        head = f"Enough: {rows}. {share} of such robots keep, over the workspace (rms):"
+    elif progress.never:
+        head = (
+            "Never: even all candidates together would leave this. Observe more of each pose "
+            "(--observe), or measure with less noise."
+        )
+        lines = _wanted(session, progress, "floor")
+        if progress.unseen:
+            more = len(progress.unseen) - _NAMED
+            named = ", ".join(progress.unseen[:_NAMED]) + (f" and {more} more" if more > 0 else "")
+            lines += _filled(f"Known by their tolerances alone: {named}.", 2)
+    else:
+        head = f"Not yet: {rows}, some {progress.more} more. So far:"
+        if progress.degrees < LEAST_DEGREES:
+            lines.append(
+                f"  the noise rests on {progress.degrees:.0f} degrees of freedom; expected "
+                f"{LEAST_DEGREES} at least"
+            )
+    text = [*_filled(head), *lines]
+    folder = session.folder
+    if folder is not None and progress.rows:
+        text += ["", f"symkin identify {folder / ROBOT} {folder / TABLE} --out calibrated"]
+    return "\n".join(text)
+
+
+def _wanted(session: Session, progress: Progress, of: str) -> list[str]:
+    units = {"position": "m", "orientation": "rad"}
+    return [
+        f"  {kind}: {milli(getattr(progress, f'{kind}_{of}'), units[kind])} of "
+        f"{milli(value, units[kind])} wanted"
+        for kind, value in session.target.wanted.items()
+    ]
+
+
+def _filled(text: str, indent: int = 0) -> list[str]:
+    return textwrap.wrap(
+        text,
+        _WIDTH,
+        initial_indent=" " * indent,
+        subsequent_indent=" " * (indent + 10 if indent else 0),
+        break_long_words=False,
+        break_on_hyphens=False,
+    )

@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: MIT
+"""``symkin measure`` by hand, by a pipe and by a device."""
+
+import io
+import sys
+
+import pytest
+
+FEW = ("--candidates", 300, "--seed", 1)
+DEVICE = f'"{sys.executable}" -c "{{}}"'
+
+
+@pytest.fixture
+def typed(monkeypatch):
+    """What is piped into a command."""
+
+    def given(*lines):
+        monkeypatch.setattr(sys, "stdin", io.StringIO("".join(f"{line}\n" for line in lines)))
+
+    return given
+
+
+def test_a_device_is_asked_until_the_accuracy_is_reached(symkin, tmp_path):
+    device = "symkin simulate-device 3RRR --seed 2 --lost 0.1"
+    done = symkin(
+        "measure", "3RRR", "--accuracy", "0.3mm", "--out", tmp_path, "--device", device, *FEW
+    )
+    assert done.code == 0, done.err
+    assert "Enough:" in done.out
+    assert max(map(len, done.out.splitlines()[:-1])) <= 80
+    again = symkin("measure", "3RRR", "--accuracy", "0.3mm", "--out", tmp_path, *FEW)
+    assert (again.code, again.out.splitlines()[-4:]) == (0, done.out.splitlines()[-4:])
+
+
+def test_rows_are_typed_in_the_units_of_the_prompt(symkin, tmp_path, typed):
+    typed("-362.1 -126.2 6.1", "s", "bad", "1,2", "o", "10.5;20,5;3 1 2 3", "u", "q")
+    done = symkin("measure", "3RRR", "--accuracy", "0.1mm", "--out", tmp_path, *FEW)
+    assert done.code == 1
+    assert "Not yet: 1 row" in done.out
+    assert "2 values were entered; expected 3 or 6: x mm, y mm" in done.words
+    assert "Row 4 is taken back." in done.out
+    lines = (tmp_path / "measured.csv").read_text().splitlines()
+    assert [line.split(",")[3] for line in lines[1:]] == [
+        "ok",
+        "skipped",
+        "occluded",
+        "ok",
+        "undone",
+    ]
+    assert float(lines[1].split(",")[8]) == pytest.approx(-0.3621)
+    assert float(lines[4].split(",")[9]) == pytest.approx(0.0205)
+
+
+@pytest.mark.parametrize(
+    ("answer", "words"),
+    [
+        ("print(5, flush=True)", "expected a line of JSON"),
+        ("pass", "has ended"),
+        ("print('{\\'symkin\\': 2}'.replace(chr(39), chr(34)))", "in its first line"),
+    ],
+)
+def test_a_device_that_talks_nonsense_ends_the_session(symkin, tmp_path, answer, words):
+    done = symkin(
+        *("measure", "3RRR", "--accuracy", "0.1mm", "--out", tmp_path, *FEW),
+        *("--device", DEVICE.format(answer)),
+    )
+    assert done.code == 2
+    assert words in done.err
+    assert (tmp_path / "measured.csv").read_text().count("\n") == 1

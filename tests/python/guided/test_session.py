@@ -1,0 +1,178 @@
+# SPDX-License-Identifier: MIT
+"""A guided session: the pose that is asked for, when it is enough, and what survives a kill."""
+
+import numpy as np
+import pytest
+
+import symkin
+from symkin.errors import SymkinError
+from symkin.estimate.survey import Survey
+from symkin.guided import SimulatedDevice
+from symkin.planning.completion import Completing
+from symkin.planning.selection import select_poses
+
+FEW = {"candidates": 400, "seed": 1}
+ACCURACY = 1.5e-4
+
+
+@pytest.fixture(scope="module")
+def robot():
+    return symkin.load("3RRR")
+
+
+def measured(session, device, rows=60):
+    """Go on with a session for so many tries at most."""
+    for _, ask in zip(range(rows), session, strict=False):
+        found = device(ask)
+        session.fail(found) if isinstance(found, str) else session.add(found)
+    return session
+
+
+@pytest.fixture(scope="module")
+def done(robot, tmp_path_factory):
+    """A whole session with lost targets."""
+    folder = tmp_path_factory.mktemp("done") / "session"
+    device = SimulatedDevice(robot, seed=2, lost=0.1)
+    return measured(robot.measure(ACCURACY, folder, **FEW), device)
+
+
+def test_a_session_ends_when_the_accuracy_is_reached(done):
+    assert done.next() is None
+    assert done.progress.reached
+    assert done.progress.position_bound <= ACCURACY
+    assert 5 <= done.progress.rows <= 20
+    assert done.progress.failed > 0
+
+
+def test_identify_reads_the_table_as_it_is_and_says_the_same(done):
+    found = symkin.identify(done.folder / "robot.toml", done.folder / "measured.csv")
+    assert found.expected.position_bound == pytest.approx(done.progress.position_bound, rel=1e-9)
+    assert len(found.measurements.poses) == done.progress.rows
+
+
+def test_a_session_that_was_killed_at_any_line_asks_for_the_same_pose(robot, done, tmp_path):
+    lines = (done.folder / "measured.csv").read_bytes().splitlines(keepends=True)
+    at = [name for name in lines[0].decode().split(",") if name.startswith("commanded")]
+    for count in (2, len(lines) - 1):
+        folder = tmp_path / str(count)
+        folder.mkdir()
+        (folder / "session.json").write_bytes((done.folder / "session.json").read_bytes())
+        torn = b"".join(lines[:count]) + lines[count][: len(lines[count]) // 2]
+        (folder / "measured.csv").write_bytes(torn)
+        session = robot.measure(ACCURACY, folder, **FEW)
+        assert session.torn == lines[count][: len(lines[count]) // 2].decode()
+        assert (folder / "measured.csv").read_bytes() == b"".join(lines[:count])
+        asked = dict(
+            zip(lines[0].decode().split(","), lines[count].decode().split(","), strict=True)
+        )
+        assert session.next().pose == pytest.approx([float(asked[name]) for name in at])
+
+
+def test_what_is_taken_back_does_not_count_and_is_asked_for_again(robot):
+    device = SimulatedDevice(robot, seed=2)
+    session = measured(robot.measure(ACCURACY, **FEW), device, rows=3)
+    ask = session.next()
+    session.add({**device(ask), "x_m": 0.3})
+    assert session.undo() == 4
+    assert session.progress.rows == 3
+    assert session.next().pose == pytest.approx(ask.pose)
+    assert len(session.measurements.poses) == 3
+
+
+def test_a_repeat_is_at_the_same_pose_and_counts(robot):
+    device = SimulatedDevice(robot, seed=2)
+    session = measured(robot.measure(ACCURACY, **FEW), device, rows=2)
+    session.repeat(1)
+    ask = session.next()
+    assert ask.repeat_of == 1
+    assert ask.pose == pytest.approx(session.measurements.poses[0], abs=0.01)
+    session.add(device(ask))
+    assert session.progress.rows == 3
+    assert session.next().repeat_of is None
+
+
+def test_rows_that_others_append_are_taken_in(robot, tmp_path):
+    device = SimulatedDevice(robot, seed=2)
+    session = measured(robot.measure(ACCURACY, tmp_path / "s", **FEW), device, rows=2)
+    table = tmp_path / "s" / "measured.csv"
+    header = table.read_text().splitlines()[0].split(",")
+    row = device(session.next())
+    with table.open("a") as file:
+        file.write(",".join(str(row.get(name, "")) for name in header) + "\n")
+    assert session.next().row == 4
+    assert session.progress.rows == 3
+    again = robot.measure(ACCURACY, tmp_path / "s", **FEW)
+    assert again.next().pose == pytest.approx(session.next().pose)
+
+
+def test_a_region_that_fails_is_left_alone(robot):
+    session = robot.measure(ACCURACY, **FEW)
+    hidden = session.next().pose[:2]
+    tries = 0
+    for ask in session:
+        if np.linalg.norm(ask.pose[:2] - hidden) < 0.15:
+            session.fail("occluded")
+            if session.suggests_avoiding:
+                session.avoid()
+        else:
+            break
+        tries += 1
+    assert tries <= 4
+
+
+def test_never_is_said_where_no_pose_shows_what_is_wanted():
+    delta = symkin.load("linear_delta")
+    session = delta.measure(1e-4, observe="height", candidates=300)
+    assert session.next() is None
+    progress = session.progress
+    assert progress.never
+    assert progress.position_floor > 1e-3
+    assert any(name.endswith("base_azimuth") for name in progress.unseen)
+
+
+def test_estimated_noise_needs_twenty_degrees_of_freedom(robot):
+    device = SimulatedDevice(robot, seed=2)
+    session = measured(robot.measure(5e-3, noise="estimate", **FEW), device)
+    assert session.progress.reached
+    assert session.progress.degrees >= 20
+
+
+def test_another_robot_or_accuracy_is_refused_by_name(robot, done):
+    with pytest.raises(SymkinError, match="session of another accuracy"):
+        robot.measure(2 * ACCURACY, done.folder, **FEW)
+    wider = robot.replace(name="other")
+    with pytest.raises(SymkinError, match="session of another robot"):
+        wider.measure(ACCURACY, done.folder, **FEW)
+
+
+def test_a_row_that_cannot_be_is_refused_and_nothing_is_written(robot):
+    session = robot.measure(ACCURACY, **FEW)
+    for row, words in (
+        ({"x_m": 0.1, "y_m": float("inf"), "phi_rad": 0.0}, "finite"),
+        ({"x_m": 0.1, "y_m": 0.2, "phi_rad": 0.0, "height_m": 1.0}, "height_m"),
+    ):
+        with pytest.raises(SymkinError, match=words):
+            session.add(row)
+    assert session.progress.rows == 0
+    session.add({"x_mm": 1e3 * session.next().pose[0], "y_m": 0.1, "phi_deg": 2.0})
+    assert session.progress.rows == 1
+
+
+def test_a_completion_is_as_good_as_a_plan(robot):
+    poses = robot.sample_workspace(150).poses
+    survey = Survey.of(robot, poses, None, {"prior": "tolerances"})
+    rows, scale = survey.rows(poses), survey.scale
+    form = survey.error_weight(poses) * np.outer(scale, scale)
+    chosen = select_poses(
+        rows, 12, criterion="expected_error", prior=survey.prior_information,
+        error_weight=survey.error_weight(poses),
+    )  # fmt: skip
+    completing = Completing(
+        rows * scale, form, survey.prior_information * np.outer(scale, scale), np.ones(len(rows))
+    )
+    members = completing.completion([], lambda _: False, 12)
+    value = np.sum(completing.covariance(members) * form)
+    assert value < 1.02**2 * chosen.criterion_value
+    gain = completing.worth(completing.covariance(members[:5]))[members[5]]
+    before, after = (np.sum(completing.covariance(members[:k]) * form) for k in (5, 6))
+    assert gain == pytest.approx(before - after, rel=1e-6)
