@@ -15,7 +15,7 @@ from symkin.analysis.promises import ExpectedAccuracy
 from symkin.analysis.workspace import WorkspaceSample, sample_workspace
 from symkin.errors import SymkinError, one_of
 from symkin.estimate.estimate import Estimate
-from symkin.estimate.identification import identify_legs
+from symkin.estimate.identification import identify, identify_legs
 from symkin.estimate.options import Estimator, PoseUse
 from symkin.model.framing import framed
 from symkin.model.given import MechanismGiven, as_mechanism
@@ -25,7 +25,7 @@ from symkin.planning import Design, Plan, make_plan
 from symkin.planning.making import for_all_parameters
 from symkin.planning.plan import write_plan
 from symkin.planning.selection import Criterion, SelectionMethod
-from symkin.planning.simulation import Simulation, simulate_observed
+from symkin.planning.simulation import Simulation, simulate, simulate_observed
 from symkin.results import FolderResult
 from symkin.values import Value, plain, record
 
@@ -104,6 +104,8 @@ class ProtocolResult(FolderResult):
     @cached_property
     def comparison(self) -> tuple[EstimatorFigures, ...]:
         """What every estimator makes of the same measurements."""
+        if self.nominal.device is not None:  # which legs alone know nothing of
+            return (self._figures("joint", self.identification.options.poses),)
         # The paper's knows legs by their readings alone.
         known = _ESTIMATORS if self.nominal.closures == 1 else _ESTIMATORS[1:]
         return tuple(self._figures(*each) for each in known)
@@ -150,10 +152,12 @@ class ProtocolResult(FolderResult):
     def write_files(self, folder: Path, *, report: bool = True) -> None:
         """Write the files of all stages into a folder."""
         write_plan(self.plan, folder / "plan.csv", self.nominal)
-        measured = self.simulation.measurements
-        seen = framed(self.nominal, measured.poses)  # as a laboratory's device has them
-        measured = dataclasses.replace(measured, poses=seen)
-        dataclasses.replace(self.simulation, measurements=measured).write(folder)
+        simulation, measured = self.simulation, self.simulation.measurements
+        if self.nominal.device is None:
+            seen = framed(self.nominal, measured.poses)  # as a laboratory's device has them
+            measured = dataclasses.replace(measured, poses=seen)
+            simulation = dataclasses.replace(simulation, measurements=measured)
+        simulation.write(folder)
         self.identification.write_tables(folder)
         super().write_files(folder, report=report)
 
@@ -187,12 +191,15 @@ def run_protocol(
 ) -> ProtocolResult:
     """Run the protocol on a simulated robot: PS1-PS3 and DC1-DC3 of the paper (section 5).
 
+    A mechanism with a device is planned for, simulated and identified as that measures it.
+
     Parameters
     ----------
     mechanism : Mechanism
         The nominal one, with its workspace, noise, tolerances and protocol settings.
     estimator, poses
-        See `identify`, by default "implicit"; the paper identifies each leg from its own set.
+        See `identify`, by default "implicit", with a device "joint"; the paper identifies each leg
+        from its own set.
     design, rows, criterion, method, margin_sigmas
         See `make_plan`.
     seed : int, optional
@@ -201,15 +208,18 @@ def run_protocol(
         Called with a short description before each stage.
     """
     mechanism = as_mechanism(mechanism)
-    estimator = one_of("estimator", estimator or "implicit", Estimator)
+    if estimator is not None:
+        one_of("estimator", estimator, Estimator)
     one_of("poses", poses, PoseUse)
+    observed = mechanism.device is not None
     progress = progress or (lambda _stage: None)
     seed = mechanism.protocol.seed if seed is None else seed
     progress("sampling the workspace")
     candidates = sample_workspace(mechanism, seed=seed)
     progress("selecting poses for the reference leg")
     plan = make_plan(
-        for_all_parameters(mechanism),  # whose legs are identified one by one
+        # Whose legs are identified one by one, unless a device measures something else.
+        mechanism if observed else for_all_parameters(mechanism),
         candidates,
         seed=seed,
         design=design,
@@ -217,12 +227,16 @@ def run_protocol(
         criterion=criterion,
         method=method,
         margin_sigmas=margin_sigmas,
-        visit="sets",
+        visit=None if observed else "sets",
     )
     progress("simulating measurements")
-    simulation = simulate_observed(mechanism, plan, seed)
+    simulation = (simulate if observed else simulate_observed)(mechanism, plan, seed)
+    measured = simulation.measurements
     progress("identifying the legs")
-    found = identify_legs(mechanism, simulation.measurements, estimator, poses=poses)
+    if observed:
+        found = identify(mechanism, measured, estimator, poses=poses)
+    else:
+        found = identify_legs(mechanism, measured, estimator or "implicit", poses=poses)
     progress("evaluating before and after")
     before, after = (
         evaluate(model, actual=simulation.actual, poses=candidates)

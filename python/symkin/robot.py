@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from symkin.analysis.checks import CheckResult, check_mechanism
 from symkin.analysis.evaluation import Evaluation, evaluate
 from symkin.analysis.observability import RowKind
-from symkin.analysis.observed import Observable, Observed
+from symkin.analysis.observed import Observable, Observed, Observing
 from symkin.analysis.promises import CONFIDENCE
 from symkin.analysis.workspace import WorkspaceSample, sample_workspace
 from symkin.data.reading import Measured
@@ -20,7 +20,7 @@ from symkin.estimate.estimate import Estimate
 from symkin.estimate.estimate_file import loaded
 from symkin.estimate.identification import identify
 from symkin.estimate.options import Estimator, Loss, PoseUse
-from symkin.estimate.survey import Observing, Unknowns
+from symkin.estimate.survey import Unknowns
 from symkin.estimate.unknowns import Gauge, LossPer, Priors, Sensor
 from symkin.files.mechanism_file import read_mechanism
 from symkin.files.mechanism_writer import save_mechanism
@@ -90,7 +90,7 @@ class Robot(Mechanism):
         minimum_distance: float = 0.0,
         margin_sigmas: float = 3.0,
         symmetry: bool = True,
-        visit: Visit = "there_and_back",
+        visit: Visit | None = None,
         spares: int | None = None,
         time_limit: float | None = None,
         threads: int = 0,
@@ -129,7 +129,7 @@ class Robot(Mechanism):
         seed: int | None = None,
         actual: MechanismGiven | None = None,
         *,
-        observe: Observed | Observable = "pose",
+        observe: Observed | Observable | None = None,
         changes: Mapping[str, float | str] | None = None,
     ) -> Simulation:
         """Return `symkin.simulate` of a robot of this drawing that takes a plan's poses."""

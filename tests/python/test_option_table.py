@@ -45,8 +45,6 @@ OWN_DEFAULTS = {
     ("cross_validate", "seed"): "of a function that has no mechanism's protocol to ask",
     ("select_poses", "seed"): "likewise",
     ("select_poses", "time_limit"): "where a plan's None ends",
-    ("simulate", "observe"): "what the option's None means",
-    ("Robot.simulate", "observe"): "likewise",
 }
 # What is of the command line alone: files, printing, and what Python says by other means.
 COMMAND_LINE_ALONE = {
@@ -58,7 +56,7 @@ COMMAND_LINE_ALONE = {
     "orientations", "forward", "to", "endstops", "nominal", "chain", "legs",
     "device", "robot", "angles", "convention",
     "lost",  # of a simulated device
-    "calibrated", "tolerance", "uncertainty", "about", "first", "second",
+    "calibrated", "tolerance", "uncertainty", "about", "first", "second", "devices",
 }  # fmt: skip
 
 

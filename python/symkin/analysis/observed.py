@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from symkin.data.measurements import Measurements
 from symkin.data.observables import OBSERVABLES, words_with
 from symkin.errors import SymkinError, one_of
+from symkin.model.mechanism import Mechanism
 from symkin.model.poses import (
     POSE_SPACES,
     Transform,
@@ -24,7 +26,7 @@ from symkin.model.poses import (
 from symkin.model.settings import Frames, NoiseSettings
 from symkin.options import Observable
 
-__all__ = ["Observable", "Observed"]
+__all__ = ["Observable", "Observed", "Observing"]
 
 Array = NDArray[np.float64]
 _STREAM = 3  # of the seed: the core draws robots and full poses from others
@@ -102,6 +104,33 @@ class Observed:
             raise SymkinError(f"missing is {self.missing:g}; expected a fraction from 0 to below 1")
         if not 0 <= self.spread <= 3:
             raise SymkinError(f"spread is {self.spread:g}; expected 0 to 3")
+
+    @classmethod
+    def of(cls, mechanism: Mechanism, observe: Observing | None) -> Observed | None:
+        """What is observed of a mechanism, in its frames, as it is asked for.
+
+        Points and anchors are the mechanism's. Without a word it is what the mechanism's device
+        observes; None without a device.
+        """
+        frames, device = mechanism.frames or Frames(), mechanism.device
+        if observe is None and device is None:
+            return None
+        if isinstance(observe, Observed):
+            return observe.in_frames(frames)
+        if observe is None and device is not None:
+            kinds: Any = device.kinds(mechanism.space)
+        else:
+            kinds = (observe,) if isinstance(observe, str) else tuple(observe or ())
+        points: Any = frames.points if "points" in kinds else ()
+        base = None
+        if device is not None:
+            base = device.base(mechanism.space) or None
+            places = device.places(mechanism.space.size, mechanism.characteristic_length)
+            if "points" in kinds and not (points and all(points)):
+                points = tuple(a or b for a, b in zip(points or places, places, strict=False))
+        anchors = frames.anchors if "distance" in kinds else ()
+        seen = cls(kinds, base=frames.base or base, points=points, anchors=anchors)
+        return seen.in_frames(frames)
 
     def in_frames(self, frames: Frames | None) -> Observed:
         """Return it with the base, target and plane of a mechanism where it gives none itself."""
@@ -216,6 +245,9 @@ class Observed:
         chance = random.random(shape)
         kept = chance == chance.max(axis=1, keepdims=True)
         return np.asarray((chance < self.missing) & ~kept)
+
+
+Observing = Observed | Observable | Sequence[Observable]
 
 
 def moved_poses(space: str, poses: Array, tangents: Array) -> Array:

@@ -23,8 +23,8 @@ from symkin.cli.options import (
     LossPerOption,
     LossScaleOption,
     MaxIterationsOption,
+    Measured,
     MechanismArgument,
-    NoiseOption,
     OverwriteOption,
     PoseUseOption,
     SchedulerOption,
@@ -97,7 +97,7 @@ def identify(
     ] = None,
     gauge: GaugeOption = None,
     confidence: ConfidenceOption = "0.95",
-    noise: NoiseOption = None,
+    by: Measured,
     cross_validate: Annotated[
         int | None, option("K", "Predict each of K parts of the poses from the others, too.", min=2)
     ] = None,
@@ -144,6 +144,7 @@ def identify(
     with progress() as stage:
         stage("reading the mechanism and the measurements")
         nominal = with_sensor_table(symkin.load_mechanism(mechanism), sensor_table)
+        nominal = by.on(nominal, estimates=True)
         mapping = columns_of(columns)
         measured = symkin.read_measurements(measurements, nominal, mapping, ignore=ignore or ())
         if printed is not None:
@@ -164,7 +165,7 @@ def identify(
                 **unknown.arguments(),
                 gauge=gauge,
                 confidence=share,
-                noise=noise,
+                noise=by.estimated,
             )
             if cross_validate is not None:
                 stage("cross-validating")
@@ -208,7 +209,7 @@ def identify_batch(
     loss_per: LossPerOption = None,
     unknown: Unknown,
     gauge: GaugeOption = None,
-    noise: NoiseOption = None,
+    by: Measured,
     tolerances: TolerancesOption = None,
     out: Annotated[Path | None, folder_of("the table, a row a robot, and report.html")] = None,
     table: Annotated[Format, of("table")] = "csv",
@@ -237,7 +238,7 @@ def identify_batch(
     )
     with progress() as stage:
         stage("reading the mechanism and the measurements")
-        nominal = symkin.load_mechanism(mechanism)
+        nominal = by.on(symkin.load_mechanism(mechanism), estimates=True)
         with OutputFiles([*nominal.files, *files, columns], overwrite) as outputs:
             written = telling.of_files(("report.html", f"fleet.{table}"))
             target = outputs.folder(out, *written) if out else None
@@ -255,7 +256,7 @@ def identify_batch(
                 max_iterations=max_iterations,
                 **unknown.arguments(),
                 gauge=gauge,
-                noise=noise,
+                noise=by.estimated,
                 tolerances=tolerances,
                 threads=threads,
                 workers=workers,

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 import re
 import shlex
@@ -40,8 +41,10 @@ from symkin.data.pose_tables import read_pose_list
 from symkin.data.sensor_tables import read_all_readings, shown_readings
 from symkin.exports.reading import import_mechanism
 from symkin.files.template import mechanism_template
+from symkin.model.devices import DEVICES
 from symkin.model.file_frames import as_drawn
 from symkin.options import Platform
+from symkin.show.devices import device_in_words
 from symkin.show.rendering import filled
 from symkin.storage.output_files import OutputFiles
 from symkin.storage.tables import csv_text, read_table, write_table
@@ -75,9 +78,18 @@ def new(
     sys.stdout.write(mechanism_template(chain, legs, platform))
 
 
-@command("symkin list")
-def list_mechanisms(as_json: JsonOption = False) -> None:
+@command("symkin list", "symkin list --devices")
+def list_mechanisms(
+    devices: Annotated[
+        bool,
+        typer.Option("--devices", help="List the measuring devices instead, with what each sets."),
+    ] = False,
+    as_json: JsonOption = False,
+) -> None:
     """List the mechanisms that come with symkin; their names can stand for a file."""
+    if devices:
+        _list_devices(as_json)
+        return
     rows: list[dict[str, Any]] = []
     for name in symkin.shipped_mechanisms():
         mechanism = symkin.load_mechanism(name)
@@ -104,6 +116,20 @@ def list_mechanisms(as_json: JsonOption = False) -> None:
         for line in textwrap.wrap(row["description"], 94):
             say(f"    {line}")
     say(f"The files are in {rows[0]['file'].parent}.")
+
+
+def _list_devices(as_json: bool) -> None:
+    if as_json:
+        found = [dataclasses.asdict(each) for each in DEVICES.values()]
+        print_json({"command": "list", "devices": found})
+        return
+    for device in DEVICES.values():
+        say(filled(f"{device.kind}: {device_in_words(device)}".replace("\N{NO-BREAK SPACE}", " ")))
+        if device.source:
+            for line in textwrap.wrap(f"Noise: {device.source}.", 94):
+                say(f"    {line}")
+    say("Say it in the mechanism's file, [device] kind, or by --device-kind; what the file says")
+    say("itself goes before. Noise is typical: measure your device's, and put it into [noise].")
 
 
 def _first_sentence(path: Path) -> str:

@@ -153,7 +153,6 @@ LossOption = Annotated[Loss, of("loss")]
 LossScaleOption = Annotated[float | None, of("loss_scale")]
 LossPerOption = Annotated[LossPer | None, of("loss_per")]
 GaugeOption = Annotated[Gauge | None, of("gauge")]
-NoiseOption = Annotated[Literal["estimate"] | None, of("noise")]
 TolerancesOption = Annotated[Literal["estimate"] | None, of("tolerances")]
 MaxIterationsOption = Annotated[int, of("max_iterations")]
 ThreadsOption = Annotated[int, of("threads")]
@@ -185,6 +184,40 @@ class ChoosingForPlan(Choosing):
 
     method: Annotated[SelectionMethod, of("method")] = "exchange"
     margin_sigmas: Annotated[float, of("margin_sigmas")] = 3.0
+
+
+@dataclasses.dataclass(frozen=True)
+class Measured:
+    """What measures, and how well."""
+
+    device_kind: Annotated[str | None, of("device_kind")] = None
+    noise: Annotated[list[str] | None, of("noise")] = None
+
+    @property
+    def estimated(self) -> Literal["estimate"] | None:
+        """Whether the noise is to be estimated, as `identify` takes it."""
+        return "estimate" if self.noise == ["estimate"] else None
+
+    def on(self, mechanism: Mechanism, *, estimates: bool = False) -> Mechanism:
+        """The mechanism measured so."""
+        if self.device_kind is not None:
+            mechanism = mechanism.with_device(self.device_kind)
+        if self.noise is None or (estimates and self.estimated):
+            return mechanism
+        units = {"position": "m", "orientation": "rad", "reading": mechanism.reading_unit}
+        said: dict[str, float] = {}
+        for each in several_of(self.noise) or ():
+            name, equal, text = each.partition("=")
+            value = quantity_of(text, units[name], "--noise") if equal and name in units else -1
+            if not value >= 0:
+                what = '"estimate", or ' if estimates else ""
+                raise typer.BadParameter(
+                    f'"{each}" is no noise; expected {what}{", ".join(units)} with a standard '
+                    'deviation each, such as "position=20 um"',
+                    param_hint="--noise",
+                )
+            said[name] = value
+        return mechanism.replace(noise=dataclasses.replace(mechanism.noise, **said))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -221,10 +254,10 @@ class Observing:
     ] = None
 
     def observed(self, mechanism: Mechanism, missing: float = 0.0, spread: float = 0.0) -> Observed:
-        """Read it; points and anchors that are not given are the mechanism's."""
-        own = mechanism.frames or Frames()
-        wanted = self.observe or ["pose"]
-        self._refuse_unused(wanted)
+        """Read it; what is not given is as the mechanism and its device have it."""
+        wanted: Any = tuple(self.observe or ())
+        if not wanted and mechanism.device is None:
+            wanted = ("pose",)
         size = mechanism.space.size
         frame = ("m",) * size + ("rad",) * (len(mechanism.space.frame_components) - size)
         given = Frames(
@@ -235,20 +268,18 @@ class Observing:
             plane=quantities_of(self.plane or "0, 0, 0", ("m", "1", "1"), "--plane"),
         )
         given = own_frames_of(mechanism, given)
-        return Observed(
-            tuple(wanted),  # type: ignore[arg-type]  # which it checks
-            given.base or None,
-            given.target or None,
-            given.points or (own.points if "points" in wanted else ()),
-            given.anchors or (own.anchors if "distance" in wanted else ()),
-            given.plane or (0.0, 0.0, 0.0),
-            missing,
-            spread,
-        )
+        said = {name: each for name, each in vars(given).items() if each}
+        if not any(given.plane):
+            del said["plane"]
+        placed = dataclasses.replace(mechanism.frames or Frames(), **said)
+        observed = Observed.of(mechanism.replace(frames=placed), wanted or None)
+        assert observed is not None  # since there is a device where nothing is wanted
+        self._refuse_unused(observed.kinds)
+        return dataclasses.replace(observed, missing=missing, spread=spread)
 
     def _refuse_unused(self, wanted: Sequence[str]) -> None:
-        """Refuse frames that nothing observed depends on; Observed refuses points and anchors."""
-        for frame in ("base", "target", "plane"):
+        """Refuse frames that nothing observed depends on."""
+        for frame in ("base", "target", "points", "anchors", "plane"):
             kinds = words_with(frame)
             refuse_unless(
                 getattr(self, frame) is None or not kinds.isdisjoint(wanted),
@@ -258,7 +289,9 @@ class Observing:
 
     def planned(self, mechanism: Mechanism) -> Observed | None:
         """Read what will be observed; None if nothing is said of it."""
-        return None if self == Observing() else self.observed(mechanism)
+        if self == Observing() and mechanism.device is None:
+            return None
+        return self.observed(mechanism)
 
 
 @dataclasses.dataclass(frozen=True)

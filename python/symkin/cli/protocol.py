@@ -29,6 +29,7 @@ from symkin.cli.options import (
     ConfidenceOption,
     EstimatorOption,
     IgnoreOption,
+    Measured,
     MechanismArgument,
     Observing,
     OverwriteOption,
@@ -95,6 +96,7 @@ def plan(
     ] = None,
     columns: ColumnsOption = None,
     ignore: IgnoreOption = None,
+    by: Measured,
     seen: Observing,
     unknown: Unknown,
     avoid: Annotated[
@@ -108,7 +110,7 @@ def plan(
     ] = None,
     minimum_distance: Annotated[str, of("minimum_distance")] = "0",
     symmetry: Annotated[bool, of("symmetry", "--symmetry/--no-symmetry")] = True,
-    visit: Annotated[Visit, of("visit")] = "there_and_back",
+    visit: Annotated[Visit | None, of("visit")] = None,
     spares: Annotated[int | None, of("spares")] = None,
     time_limit: Annotated[float | None, of("time_limit")] = None,
     confidence: ConfidenceOption = "0.95",
@@ -143,7 +145,7 @@ def plan(
     )
     with progress() as stage:
         stage("reading the mechanism")
-        loaded = symkin.load_mechanism(mechanism)
+        loaded = by.on(symkin.load_mechanism(mechanism))
         mapping = columns_of(columns)
         needed = read_pose_list(required, loaded) if required else None
         taken = (
@@ -154,7 +156,7 @@ def plan(
         limits = [region_of(text) for text in avoid or ()]
         distance = length_of(minimum_distance, "--minimum-distance")
         observe = seen.planned(loaded)
-        probing = observe is not None and is_probing(loaded, observe)
+        probing = is_probing(loaded, observe)
         refuse_unless(
             symmetry or (choosing.design in (None, "legs") and not probing),
             "--no-symmetry chooses a set of poses for every leg by itself; it goes with --design "
@@ -211,6 +213,7 @@ def pose_count(
     poses: PoseUseOption = "all",
     candidates: CandidatesOption = None,
     choosing: Choosing,
+    by: Measured,
     seen: Observing,
     unknown: Unknown,
     seed: SeedOption = None,
@@ -229,7 +232,7 @@ def pose_count(
     wanted, share = accuracies_of(accuracy), share_of(confidence, "confidence")
     with progress() as stage:
         stage("reading the mechanism")
-        loaded = symkin.load_mechanism(mechanism)
+        loaded = by.on(symkin.load_mechanism(mechanism))
         with OutputFiles(loaded.files, overwrite) as outputs:
             folder = outputs.folder(out, *telling.of_files(_COUNT_FILES)) if out else None
             stage("sampling the workspace")
@@ -282,6 +285,7 @@ def simulate(
         str | None,
         option("FILE", "The robot as made, such as actual.toml of another simulation."),
     ] = None,
+    by: Measured,
     seen: Observing,
     changes: Annotated[list[str] | None, of("changes")] = None,
     missing: Annotated[float, of("missing")] = 0.0,
@@ -299,7 +303,7 @@ def simulate(
     """
     with progress() as stage:
         stage("reading the mechanism and the plan")
-        loaded = symkin.load_mechanism(mechanism)
+        loaded = by.on(symkin.load_mechanism(mechanism))
         commanded = symkin.read_plan(plan, loaded)
         observe = seen.observed(loaded, missing, spread)
         robot = symkin.load_mechanism(actual) if actual is not None else None
@@ -323,6 +327,7 @@ def run(
     poses: PoseUseOption = "all",
     choosing: ChoosingForPlan,
     pose_count: PoseCountOption = None,
+    by: Measured,
     candidates: CandidatesOption = None,
     seed: SeedOption = None,
     overwrite: OverwriteOption = False,
@@ -336,7 +341,7 @@ def run(
     _refuse_unused_count(choosing, pose_count)
     with progress() as stage:
         stage("reading the mechanism")
-        nominal = symkin.load_mechanism(mechanism)
+        nominal = by.on(symkin.load_mechanism(mechanism))
         given = {"pose_count": pose_count, "candidates": candidates}
         changes = {name: value for name, value in given.items() if value is not None}
         nominal = nominal.replace(protocol=dataclasses.replace(nominal.protocol, **changes))

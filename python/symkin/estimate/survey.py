@@ -13,7 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
 from symkin.analysis.observability import name_combination
-from symkin.analysis.observed import Observable, Observed
+from symkin.analysis.observed import Observed, Observing
+from symkin.analysis.probing import with_probing_defaults
 from symkin.analysis.promises import (
     CONFIDENCE,
     ExpectedAccuracy,
@@ -40,7 +41,6 @@ from symkin.values import Value, field, record
 __all__ = [
     "SILENT",
     "HeldByPriors",
-    "Observing",
     "PlannedUnknown",
     "Survey",
     "Unknowns",
@@ -53,7 +53,6 @@ __all__ = [
 Array = NDArray[np.float64]
 
 
-Observing = Observed | Observable | Sequence[Observable]
 FIRST_ROW = 2  # of a table that symkin writes, below its header
 _RANK = 1e-9  # of the largest singular value, with the unknowns in their tolerances
 _FEW_POSES = 200  # at which ranks are taken
@@ -170,6 +169,7 @@ class Survey(Value):
         SymkinError
             For options that `identify` refuses, and for what nobody can know beforehand.
         """
+        observe = Observed.of(mechanism, observe)
         given = {name: unknowns.get(name) for name in Unknowns.__annotations__}
         further = sorted(unknowns.keys() - given.keys())
         if further:
@@ -182,12 +182,18 @@ class Survey(Value):
         readings = mechanism.inverse_kinematics(poses)
         drawn = mechanism.frames or Frames()
         observed, mechanism = placed(mechanism, "pose" if observe is None else observe)
+        if observed.kinds == ("height",):
+            wanted = with_probing_defaults(wanted)
+        floats = mechanism.device is not None and bool(
+            wanted.get("frames") or observed.kinds == ("readings",)
+        )
         if _TRACKED.isdisjoint(observed.kinds) and "points" in observed.kinds:
             turned = "orientation" in observed.kinds
             unplaced = mechanism.replace(frames=drawn)
             wanted = with_tracking_defaults(wanted, unplaced, turned=turned)
-            if "base" in wanted.get("frames", ()) and not drawn.base and "gauge" not in wanted:
-                wanted.setdefault("prior", "tolerances")
+            floats = floats or ("base" in wanted.get("frames", ()) and not drawn.base)
+        if floats and "gauge" not in wanted:
+            wanted.setdefault("prior", "tolerances")
         # Places that a plan is made for alone are no knowledge of the drawing's.
         more = ((),) * (len(observed.points) - len(drawn.points))
         known = dataclasses.replace(drawn, points=(*drawn.points, *more))
@@ -266,9 +272,10 @@ class Survey(Value):
         """
         rows = self._rows(self.layout, poses, read)
         if not rows.shape[1]:
+            seen = " and ".join(dict.fromkeys((*self.observed.kinds, "readings")))
             raise NotIdentifiableError(
-                f"some pose explains any {', '.join(self.observed.kinds)} and readings, so they "
-                "say nothing of what is unknown; observe more of the poses"
+                f"some pose explains any {seen}, so they say nothing of what is unknown; observe "
+                "more of the poses"
             )
         return rows
 
@@ -284,8 +291,7 @@ class Survey(Value):
             reading_unit=mechanism.reading_unit,
             pose_space=mechanism.pose_space,
         )
-        seen = self.observed.exact(exact)
-        taken = observations_of(seen, mechanism.noise, self.covariates)
+        taken = observations_of(self.observed.exact(exact), mechanism.noise, self.covariates)
         places = np.where(reached[:, None], poses, np.nan)
         return layout.rows_of(mechanism.core, self._setup, taken, places)
 
@@ -530,20 +536,14 @@ def adjoint(rotations: Array, arms: Array) -> Array:
 def placed(mechanism: Mechanism, observe: Observing) -> tuple[Observed, Mechanism]:
     """What is observed and the mechanism, with the same frames: those observed, else its own."""
     frames = mechanism.frames or Frames()
-    if not isinstance(observe, Observed):
-        kinds: Any = (observe,) if isinstance(observe, str) else tuple(observe)
-        observe = Observed(
-            kinds,
-            points=frames.points if "points" in kinds else (),
-            anchors=frames.anchors if "distance" in kinds else (),
-        )
+    observed = Observed.of(mechanism, observe)
+    assert observed is not None  # since something was asked for
     for name in ("missing", "spread"):
-        if getattr(observe, name):
+        if getattr(observed, name):
             raise SymkinError(
-                f"observe has {name} = {getattr(observe, name):g}; expected 0 in a plan, since "
+                f"observe has {name} = {getattr(observed, name):g}; expected 0 in a plan, since "
                 "nobody knows beforehand which rows that will be"
             )
-    observed = observe.in_frames(frames)
     placed = Frames(
         base=observed.base or (),
         target=observed.target or (),

@@ -35,6 +35,7 @@ from symkin.model.chains import (
     require_mixable,
     union_of_names,
 )
+from symkin.model.devices import device_of, equipped
 from symkin.model.file_frames import (
     centres,
     drawn_workspace,
@@ -45,6 +46,7 @@ from symkin.model.file_frames import (
     split_covariance,
 )
 from symkin.model.mechanism import Leg, Mechanism
+from symkin.model.poses import POSE_SPACES
 from symkin.model.sensor_table import SensorTable
 from symkin.model.settings import (
     DeclaredSymmetry,
@@ -126,9 +128,7 @@ def read_mechanism(
     legs, symmetry, deviations, curvature = _legs(source, file, section, entries, infos)
     info = infos[0]  # they agree in what follows
     workspace, frames, points = _placed(file, info, points)
-    unknown = dict(file.get("identification", {}))
-    if "assumed" in file:
-        unknown["assume"] = file["assumed"]
+    measured = _measured(source, file, info, frames)
     mechanism = source.call(
         (section,),
         lambda: kind(
@@ -140,7 +140,6 @@ def read_mechanism(
             reading_wraps=header.get("reading_wraps", False),
             symmetry=symmetry,
             workspace=workspace,
-            noise=NoiseSettings(**file.get("noise", {})),
             tolerances=Tolerances(**file.get("tolerances", {})),
             protocol=ProtocolSettings(**file.get("protocol", {})),
             joint_limits=_joint_limits(source, file, len(legs)),
@@ -148,10 +147,10 @@ def read_mechanism(
             measurement_columns=_columns(source, file, info.pose_space, len(legs), reading.unit),
             source=source.path,
             frames=frames,
-            identification=IdentificationSettings(**unknown) if unknown else None,
             curvature=curvature,
             points=points,
             sensor_table=_sensor_table(source, file, len(legs), reading),
+            **measured,
         ),
     )
     if symmetry is not None and require_symmetry:
@@ -369,6 +368,24 @@ def _placed(
     )
 
 
+def _measured(source: TomlSource, file: _Values, info: ChainInfo, frames: Frames | None) -> _Values:
+    """Noise and unknowns as the file has them, and where it has none as its device does."""
+    noise, unknown = file.get("noise", {}), dict(file.get("identification", {}))
+    if "assumed" in file:
+        unknown["assume"] = file["assumed"]
+    identification = IdentificationSettings(**unknown) if unknown else None
+    if "device" not in file:
+        return {"noise": NoiseSettings(**noise), "identification": identification}
+
+    def made() -> _Values:
+        others = dict(file["device"])
+        device = dataclasses.replace(device_of(others.pop("kind")), **others)
+        space = POSE_SPACES[info.pose_space]
+        return equipped(device, space, noise, identification, frames)
+
+    return source.call(("device", "kind"), made)
+
+
 def _points(
     source: TomlSource,
     section: str,
@@ -563,10 +580,21 @@ def _check_home(source: TomlSource, mechanism: Mechanism) -> None:
 
 
 def typed_name(mechanism: Mechanism) -> str:
-    """What a command line takes for a mechanism; ``MECHANISM`` if it comes from no file."""
+    """What a command line takes for a mechanism; ``MECHANISM`` if it comes from no file.
+
+    With the options that say what measures it, and how well, where that is not as the file has it.
+    """
     source = mechanism.source
     if source is None:
         return "MECHANISM"
     name = source.stem
-    shipped = name in shipped_mechanisms() and read_mechanism(name).source == source
-    return shlex.quote(name if shipped else str(source))
+    shipped = name in shipped_mechanisms() and is_shipped(source)
+    typed = shlex.quote(name if shipped else str(source))
+    device, drawn = mechanism.device, read_mechanism(source, require_symmetry=False)
+    if device is not None and device != drawn.device:
+        typed += f" --device-kind {shlex.quote(device.kind)}"
+        drawn = drawn.with_device(device)
+    for kind, value in vars(mechanism.noise).items():
+        if value != getattr(drawn.noise, kind):
+            typed += f" --noise {kind}={value:g}"
+    return typed

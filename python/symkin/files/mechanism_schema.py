@@ -238,9 +238,17 @@ IDENTIFICATION = table(
         "backlash": boolean(),
     }
 )
+_DEVICE = table(
+    {
+        "kind": text(200),
+        "distance": quantity("m", "not negative"),
+        "visit": choice(*OPTIONS["visit"].words),
+    },
+    ("kind",),
+)
 _SECTIONS = (
-    "symmetry", "reference_leg", "reference_legs", "legs", "workspace", "noise", "tolerances",
-    "joint_limits", "protocol", "measurements", "frames", "identification", "assumed",
+    "symmetry", "reference_leg", "reference_legs", "legs", "workspace", "device", "noise",
+    "tolerances", "joint_limits", "protocol", "measurements", "frames", "identification", "assumed",
     "sensor_table",
 )  # fmt: skip
 
@@ -325,6 +333,7 @@ def mechanism_table(
         "reference_legs": list_of(reference, 1, _MOST_LEGS),
         "legs": list_of(_leg_of_chains(infos, unit, default, listed=True), 1, _MOST_LEGS),
         "workspace": workspace,
+        "device": _DEVICE,
         "noise": noise,
         "tolerances": _TOLERANCES,
         "joint_limits": table({"lower": limit, "upper": limit}, settings=JointLimits),

@@ -17,6 +17,7 @@ from symkin.files.mechanism_file import is_shipped, read_mechanism
 from symkin.files.mechanism_schema import ends_of
 from symkin.model.canonical import canonical
 from symkin.model.declared import declared_chain, label_of
+from symkin.model.devices import DEVICES, Device
 from symkin.model.file_frames import (
     cartesian,
     drawn_frames,
@@ -289,6 +290,7 @@ def _settings(mechanism: Mechanism) -> dict[str, tuple[_Values, Mapping[str, str
             {name: each for name, each in limits.items() if np.isfinite(each).any()},
             {"lower": unit, "upper": unit},
         ),
+        "device": (_device(mechanism.device), {"kind": "symkin list --devices", "distance": "m"}),
         "noise": (
             asdict(mechanism.noise),
             {"position": "m, standard deviation", "orientation": "rad", "reading": unit},
@@ -314,6 +316,17 @@ def _settings(mechanism: Mechanism) -> dict[str, tuple[_Values, Mapping[str, str
         "identification": ({k: v for k, v in unknown.items() if v is not None}, {}),
         "assumed": (dict(assumed or {}), {}),
     }
+
+
+def _device(device: Device | None) -> _Values:
+    """What is not as the table of devices has it."""
+    if device is None:
+        return {}
+    usual = DEVICES[device.kind]
+    names = ("distance", "visit")
+    own = {name: getattr(device, name) for name in names}
+    changed = {name: value for name, value in own.items() if value != getattr(usual, name)}
+    return {"kind": device.kind, **changed}
 
 
 def _given(settings: Frames | MeasurementColumns | None) -> _Values:

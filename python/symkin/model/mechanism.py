@@ -29,6 +29,7 @@ from symkin.model.chains import (
     union_of_names,
 )
 from symkin.model.declared import readings_of_legs
+from symkin.model.devices import Device, device_of, equipped
 from symkin.model.kinematics import Kinematics
 from symkin.model.poses import POSE_SPACES, PoseSpace
 from symkin.model.sensor_table import SensorTable
@@ -101,6 +102,8 @@ class Mechanism(Kinematics):
     sensor_table : SensorTable, optional
         Through which readings in files go, and which makes the sensors straight. The mechanism's
         readings, their noise and their limits are those of straight sensors.
+    device : Device, optional
+        What measures it, whose presets plans, simulations and estimates obey; see `with_device`.
 
     Raises
     ------
@@ -129,6 +132,7 @@ class Mechanism(Kinematics):
     curvature: Array | None
     points: DrawnPoints | None
     sensor_table: SensorTable | None
+    device: Device | None
     straight: _core.Mechanism
     _infos: ClassVar[tuple[ChainInfo, ...]]  # set with the others, but no fields
     _names: ClassVar[tuple[str, ...]]
@@ -157,6 +161,7 @@ class Mechanism(Kinematics):
         curvature: ArrayLike | None = None,
         points: DrawnPoints | None = None,
         sensor_table: SensorTable | None = None,
+        device: Device | None = None,
     ) -> None:
         if not name.isprintable():
             raise MechanismError(
@@ -206,6 +211,7 @@ class Mechanism(Kinematics):
             ),
             "points": points,
             "sensor_table": sensor_table,
+            "device": device,
             "straight": _core.Mechanism(
                 name,
                 [info.name for info in infos],
@@ -518,6 +524,31 @@ class Mechanism(Kinematics):
     def replace(self, **changes: Any) -> Self:
         """Return a copy with other values of the constructor's arguments."""
         return type(self)(**(self.arguments | changes))
+
+    def with_device(self, kind: str | Device) -> Self:
+        """Return it measured by another device, with what that sets: its noise and what is unknown.
+
+        The readings' noise and the frames that are placed stay.
+
+        Parameters
+        ----------
+        kind : str or Device
+            A name of `symkin.model.devices.DEVICES`, or an unambiguous beginning of one.
+
+        Raises
+        ------
+        SymkinError
+            For an unknown device, and one that sees nothing of such a platform.
+        """
+        device, unknown = device_of(kind), self.identification
+        if self.device is not None and self.device.kind == device.kind:
+            return self  # with what its file says of it
+        if unknown is not None and self.device is not None:
+            was = self.device.unknown_frames(self.space, self.frames)
+            kept = None if unknown.frames == was else unknown.frames
+            unknown = dataclasses.replace(unknown, frames=kept)
+        noise = {"reading": self.noise.reading}
+        return self.replace(**equipped(device, self.space, noise, unknown, self.frames))
 
     def with_parameters(
         self, parameters: ArrayLike, deviations: ArrayLike | None = None, **changes: Any

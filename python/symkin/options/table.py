@@ -83,9 +83,10 @@ _ALL = (
            help="Between the positions of any two poses of a set, such as 0.05 or 5cm."),
     Option("symmetry", bool, default=True, seldom=_CHOOSING,
            help="Choose for the reference leg alone, or for every leg by itself."),
-    Option("visit", Visit, default="there_and_back", seldom=_CHOOSING,
+    Option("visit", Visit, seldom=_CHOOSING,
            help="Order of the rows: a short way from home, every second pose going and the others "
-                "coming back, which shows a drift; the shortest way; or set by set."),
+                "coming back, which shows a drift, the default without a device; the shortest way; "
+                "or set by set."),
     Option("spares", int, metavar="N", least=0, seldom=_CHOOSING,
            help="Spares of each selection; by default half as many as poses."),
     Option("time_limit", float, metavar="S", least=0, seldom=_CHOOSING,
@@ -103,6 +104,9 @@ _ALL = (
            help="Of the readings, that are not taken."),
     Option("spread", float, default=0.0, metavar="S", least=0, most=3, seldom=_OBSERVING,
            help="Times exp(S z), z normal, the noise differs from row to row; the table says it."),
+    Option("device_kind", str, metavar="KIND",
+           help="What measures, with its typical noise and what is unknown then, instead of the "
+                "file's: a name of `symkin list --devices`, such as 'laser tracker'."),
     # What is unknown
     Option("free", list[str], metavar="PATTERN",
            help="Unknown, and nothing else: names such as leg2.base_radius or base.x with * and "
@@ -158,8 +162,10 @@ _ALL = (
     Option("loss_scale", float, metavar="S", least=1e-9, seldom=_FITTING,
            help="Where the loss bends, in standard deviations; by default where it keeps 95% "
                 "efficiency."),
-    Option("noise", Literal["estimate"], objects=True,
-           help="Estimate the noise with the unknowns; by default it is the mechanism's."),
+    Option("noise", str, metavar="NOISE", objects=True,
+           help="'estimate': with the unknowns, where there are measurements; or standard "
+                "deviations, such as 'position=20 um,reading=10 urad'; by default the "
+                "mechanism's."),
     Option("max_iterations", int, default=100, metavar="N", least=1, most=10**9, seldom=_FITTING,
            help="Steps after which a solver gives up."),
     # Of single commands

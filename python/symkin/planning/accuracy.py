@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin.analysis.observability import expected_accuracy
+from symkin.analysis.observed import Observing
 from symkin.analysis.promises import ExpectedAccuracy
 from symkin.analysis.workspace import WorkspaceSample
 from symkin.data.measurements import ALL_LEGS, Measurements
@@ -16,7 +17,7 @@ from symkin.errors import SymkinError, one_of
 from symkin.estimate.assumed import with_assumed
 from symkin.estimate.identification import identify_legs
 from symkin.estimate.options import Estimator, PoseUse
-from symkin.estimate.survey import Observing, Survey, Unknowns
+from symkin.estimate.survey import Survey, Unknowns
 from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.options import checks
 from symkin.planning.basis import PlanBasis

@@ -12,20 +12,21 @@ from numpy.typing import ArrayLike, NDArray
 
 from symkin.analysis.checks import undefined_angles
 from symkin.analysis.observability import RowKind
+from symkin.analysis.observed import Observed, Observing
 from symkin.analysis.promises import CONFIDENCE, thinned
 from symkin.analysis.workspace import WorkspaceSample, sample_workspace
 from symkin.data.measurements import ALL_LEGS, Measurements
 from symkin.data.pose_tables import as_poses
 from symkin.data.reading import Measured, as_measurements
 from symkin.errors import NotIdentifiableError, SymkinError, named_legs, one_of
-from symkin.estimate.survey import Observing, Survey, Unknowns
+from symkin.estimate.survey import Survey, Unknowns
 from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import pose_rows
 from symkin.model.symmetry import Carrying, map_poses
 from symkin.options import Visit, checks
 from symkin.planning.basis import ChosenPoses, PlanBasis
-from symkin.planning.observing import ObservedTask, is_probing, on_the_bed, probing_unknowns
+from symkin.planning.observing import ObservedTask, is_probing, on_the_bed
 from symkin.planning.plan import Plan
 from symkin.planning.selection import (
     Clearance,
@@ -69,7 +70,7 @@ def plan(
     minimum_distance: float = 0.0,
     margin_sigmas: float = 3.0,
     symmetry: bool = True,
-    visit: Visit = "there_and_back",
+    visit: Visit | None = None,
     spares: int | None = None,
     time_limit: float | None = None,
     threads: int = 0,
@@ -133,6 +134,11 @@ symmetry, visit, spares, time_limit, threads, confidence, observe, **unknowns
     )
 
 
+def usual_visit(mechanism: Mechanism) -> Visit:
+    """The order of the poses if nobody says one."""
+    return "there_and_back" if mechanism.device is None else mechanism.device.visit
+
+
 def for_all_parameters(mechanism: Mechanism) -> Mechanism:
     """A mechanism whose plans are for all parameters of all legs, whatever its file says."""
     return mechanism if mechanism.identification is None else mechanism.replace(identification=None)
@@ -160,7 +166,7 @@ def make_plan(
     minimum_distance: float = 0.0,
     margin_sigmas: float = 3.0,
     symmetry: bool = True,
-    visit: Visit = "there_and_back",
+    visit: Visit | None = None,
     spares: int | None = None,
     time_limit: float | None = None,
     threads: int = 0,
@@ -214,8 +220,9 @@ def make_plan(
     symmetry : bool
         False chooses for every leg by itself. So it is, too, where required or measured poses tell
         the legs apart.
-    visit : {"there_and_back", "travel", "sets"}
-        Order of the plan's rows: along a short way from home, every second pose going and the
+    visit : {"there_and_back", "travel", "sets"}, optional
+        Order of the plan's rows, by default as the mechanism's device has it, or there and back:
+        along a short way from home, every second pose going and the
         others coming back, so that a drift is not taken for geometry; the short way itself; or set
         by set.
     spares : int, optional
@@ -227,7 +234,8 @@ def make_plan(
     confidence : float
         Share of all such robots that are within the bounds of `Plan.expected`.
     observe : Observed or str, optional
-        What will be observed besides the readings, by default full poses. A frame, point or anchor
+        What will be observed besides the readings, by default what the mechanism's device does, or
+        full poses. A frame, point or anchor
         that it does not give is where the mechanism's `frames` has it. The poses are then chosen
         for everything that is unknown at once, as `identify` estimates it, with noise-aware rows;
         the design is "mechanism". With heights alone, a platform that never turns probes a bed:
@@ -251,15 +259,15 @@ def make_plan(
         For demands that contradict each other or the mechanism.
     """
     mechanism = as_mechanism(mechanism)
-    one_of("visit", visit, Visit)
+    visit = one_of("visit", visit or usual_visit(mechanism), Visit)
     if measured is not None:
         measured = as_measurements(measured, mechanism)
     poses = pose_rows(candidates)
     sample = candidates if isinstance(candidates, WorkspaceSample) else None
-    if observe is not None and is_probing(mechanism, observe):
-        poses, sample = on_the_bed(mechanism, observe, poses), None
-        unknowns = probing_unknowns(mechanism, unknowns)
-    survey = Survey.of(mechanism, poses, observe, unknowns)
+    observed = Observed.of(mechanism, observe)
+    if is_probing(mechanism, observed) and observed is not None:
+        poses, sample = on_the_bed(mechanism, observed, poses), None
+    survey = Survey.of(mechanism, poses, observed, unknowns)
     design = default_design(survey) if design is None else design
     demands = _Demands(
         mechanism=mechanism,

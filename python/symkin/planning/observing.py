@@ -3,24 +3,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symkin.analysis.observability import RowKind
 from symkin.analysis.observed import Observed
-from symkin.analysis.probing import with_probing_defaults
 from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError
-from symkin.estimate.survey import PRIORS_HOLD, Observing, Survey, Unknowns, placed
-from symkin.estimate.unknowns import with_file_settings
+from symkin.estimate.survey import PRIORS_HOLD, Survey, placed
 from symkin.model.mechanism import Mechanism
 from symkin.planning.selection import Task
 
-__all__ = ["is_probing", "on_the_bed", "probing_unknowns"]
+__all__ = ["is_probing", "on_the_bed"]
 
 Array = NDArray[np.float64]
 
@@ -67,14 +63,16 @@ class ObservedTask(Task):
 _FREE_ROOM = 1e-9  # m, by which rounding may put a plane beyond the workspace
 
 
-def is_probing(mechanism: Mechanism, observe: Observing) -> bool:
+def is_probing(mechanism: Mechanism, observe: Observed | None) -> bool:
     """Whether heights are all that is observed of a platform that never turns."""
-    kinds = observe.kinds if isinstance(observe, Observed) else observe
-    alone = kinds == "height" or tuple(kinds) == ("height",)
-    return alone and mechanism.pose_space == "translating"
+    return (
+        observe is not None
+        and observe.kinds == ("height",)
+        and mechanism.pose_space == "translating"
+    )
 
 
-def on_the_bed(mechanism: Mechanism, observe: Observing, poses: Array) -> Array:
+def on_the_bed(mechanism: Mechanism, observe: Observed, poses: Array) -> Array:
     """Poses moved along z to the plane that is observed, those that the workspace has there.
 
     Raises
@@ -96,10 +94,3 @@ def on_the_bed(mechanism: Mechanism, observe: Observing, poses: Array) -> Array:
             "of the mechanism's file"
         )
     return moved[inside]
-
-
-def probing_unknowns(mechanism: Mechanism, unknowns: Mapping[str, Any]) -> Unknowns:
-    """What is unknown as `identify` will have it."""
-    given = {name: unknowns.get(name) for name in Unknowns.__annotations__}
-    chosen = with_probing_defaults(with_file_settings(given, mechanism.identification))
-    return cast(Unknowns, {name: chosen.get(name) for name in given})

@@ -11,18 +11,18 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin.analysis.observability import RowKind
+from symkin.analysis.observed import Observing
 from symkin.analysis.promises import ExpectedAccuracy, thinned
 from symkin.analysis.workspace import WorkspaceSample
 from symkin.errors import NotIdentifiableError, SymkinError
 from symkin.estimate.options import Estimator, PoseUse
-from symkin.estimate.survey import HeldByPriors, Observing, Survey, Unknowns
+from symkin.estimate.survey import HeldByPriors, Survey, Unknowns
 from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import pose_rows
 from symkin.options import checks
 from symkin.planning.accuracy import predict_accuracy, require_joint
-from symkin.planning.making import default_design, in_visiting_order, make_plan
-from symkin.planning.observing import is_probing, probing_unknowns
+from symkin.planning.making import default_design, in_visiting_order, make_plan, usual_visit
 from symkin.planning.plan import Plan
 from symkin.planning.selection import Criterion, Design, design_tasks
 from symkin.results import Result
@@ -369,7 +369,7 @@ class _Point:
         """Return the plan with its poses in the order in which they are to be measured."""
         if _goes_with_order(self.plan):  # it is so already
             return self.plan
-        return in_visiting_order(self.plan, seed, "there_and_back")
+        return in_visiting_order(self.plan, seed, usual_visit(self.plan.mechanism))
 
 
 def _goes_with_order(plan: Plan) -> bool:
@@ -405,7 +405,7 @@ def _predicted(
     basis = plan.basis
     assert basis is not None  # it was made, not read
     if _goes_with_order(plan):
-        plan = in_visiting_order(plan, settings["seed"], "there_and_back")
+        plan = in_visiting_order(plan, settings["seed"], usual_visit(mechanism))
     asked = {name: settings[name] for name in _OF_PREDICTION}
     accuracy = predict_accuracy(mechanism, plan, thinned(cloud), **asked)
     certificates = [choice.selection.certificate for choice in basis.choices]
@@ -498,10 +498,7 @@ def _survey_of(
 ) -> Survey | None:
     """What the settings of a curve say of what is observed and unknown."""
     asked: Unknowns = {n: settings[n] for n in Unknowns.__annotations__ if n in settings}  # type: ignore[assignment]
-    observe = settings.get("observe")
-    if observe is not None and is_probing(mechanism, observe):
-        asked = probing_unknowns(mechanism, asked)
-    return Survey.of(mechanism, cloud, observe, asked)
+    return Survey.of(mechanism, cloud, settings.get("observe"), asked)
 
 
 def _least(mechanism: Mechanism, cloud: NDArray[np.float64], settings: Mapping[str, Any]) -> int:

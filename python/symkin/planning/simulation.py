@@ -126,7 +126,7 @@ def simulate(
     seed: int | None = None,
     actual: MechanismGiven | None = None,
     *,
-    observe: Observed | Observable = "pose",
+    observe: Observed | Observable | None = None,
     changes: Mapping[str, float | str] | None = None,
 ) -> Simulation:
     """Simulate the measurements of a plan (section 6.5 of the paper).
@@ -145,8 +145,9 @@ def simulate(
         Of the robot's errors and of the noise; by default the protocol's.
     actual : Mechanism, optional
         The robot as made, by default `disturb` of the nominal one.
-    observe : Observed or str
-        What is observed besides the readings, by default full poses. Base, target and plane that
+    observe : Observed or str, optional
+        What is observed besides the readings, by default what the mechanism's device does, or full
+        poses. Base, target and plane that
         it does not give are those of the mechanism's `frames`; without, its own.
     changes : mapping of str to float or str, optional
         What changes while the poses are taken, in the order of the plan's rows, by the names of the
@@ -166,10 +167,8 @@ def simulate(
     mechanism = as_mechanism(mechanism)
     actual = None if actual is None else as_mechanism(actual, "actual")
     plan = as_plan(plan, mechanism)
-    observed = Observed((observe,)) if isinstance(observe, str) else observe
-    return simulate_observed(
-        mechanism, plan, seed, actual, observed.in_frames(mechanism.frames), changes or {}
-    )
+    observed = Observed.of(mechanism, observe) or _FULL_POSES.in_frames(mechanism.frames)
+    return simulate_observed(mechanism, plan, seed, actual, observed, changes or {})
 
 
 def simulate_observed(

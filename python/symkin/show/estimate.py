@@ -19,6 +19,7 @@ from symkin.files.mechanism_file import typed_name
 from symkin.model.mechanism import Mechanism
 from symkin.present import ErrorLine, Group, Headline, Image, Page, Section, Table, Verdict
 from symkin.show.check import symmetry_section
+from symkin.show.devices import device_notes
 from symkin.show.evaluation import (
     ALIGNED,
     error_figures,
@@ -96,7 +97,7 @@ def estimate_summary(found: Estimate) -> Page:
         verdict=verdict,
         judgement=words,
         doubts=tuple(map(str, found.doubts)),
-        notes=tuple(map(str, found.notes)),
+        notes=(*map(str, found.notes), *device_notes(found.nominal)),
         paragraphs=[_done(found), _degrees(found), *_promise(found), *_left_out(found)],
         next_step=_next_step(found),
         next_command=_next_command(found),

@@ -305,7 +305,9 @@ def _noise(mechanism: Mechanism) -> list[Sequence[str]]:
         (kind, given(getattr(noise, kind), unit)) for kind, unit in mechanism.space.errors
     ]
     reading = given(noise.reading, mechanism.reading_unit) if noise.reading else "none"
-    return [*rows, ("sensor reading", reading)]
+    device = mechanism.device
+    by = [] if device is None else [("measured by", device.kind)]
+    return [*by, *rows, ("sensor reading", reading)]
 
 
 def _tolerances(mechanism: Mechanism) -> list[Sequence[str]]:

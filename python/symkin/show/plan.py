@@ -26,6 +26,7 @@ from symkin.planning.making import default_design
 from symkin.planning.observing import is_probing
 from symkin.planning.simulation import Simulation
 from symkin.present import Group, Headline, Image, Page, Section, Table
+from symkin.show.devices import device_notes
 from symkin.show.images import plotted
 from symkin.show.mechanism import mechanism_section
 from symkin.show.observability import observability_section
@@ -92,7 +93,7 @@ def plan_page(plan: Plan) -> Page:
         shown = f"{100 * plan.drift_shown:.0f}{_PERCENT}"
         remark = "of a sensor's, in this order, is not taken for geometry"
         headlines.append(("Drift shown", shown, remark))
-    notes = []
+    notes = device_notes(mechanism)
     if basis is not None and basis.excluded:
         excluded = f"{count(basis.excluded)} of {count(basis.candidates)} candidates"
         notes.append(f"{excluded} are left out by limits")

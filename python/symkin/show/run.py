@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from symkin.analysis.evaluation import Evaluation
+from symkin.analysis.evaluation import AlignedErrors, Evaluation
 from symkin.analysis.promises import ExpectedAccuracy
 from symkin.estimate.estimate import Estimate
 from symkin.estimate.evidence.findings import few
@@ -15,6 +15,7 @@ from symkin.pipeline import ProtocolResult
 from symkin.planning.simulation import Simulation
 from symkin.present import ErrorLine, Group, Image, Page, Section, Table, Verdict
 from symkin.show.check import symmetry_section
+from symkin.show.devices import device_notes
 from symkin.show.estimate import instrument_of, judgement, parameter_section
 from symkin.show.evaluation import (
     ALIGNED,
@@ -70,7 +71,7 @@ def run_page(result: ProtocolResult) -> Page:
         verdict=verdict,
         judgement=words,
         doubts=tuple(map(str, found.doubts)),
-        notes=(*_notes(found), *_replaced(result.simulation)),
+        notes=(*_notes(found), *device_notes(nominal), *_replaced(result.simulation)),
         paragraphs=[_done(result), _achieved(result)],
         next_step=(
             "measure your robot at the poses of plan.csv, write what you measure into a table "
@@ -85,12 +86,17 @@ def run_page(result: ProtocolResult) -> Page:
 def _errors(result: ProtocolResult) -> list[ErrorLine]:
     """The robot's true errors, and those to expect; what a measurement of it would contribute."""
     before, after, expected = result.before, result.after, result.expected
+    unknown = (name.partition(".")[0] for name in result.identification.names)
+    floats = not {"base", "target"}.isdisjoint(unknown)  # frames that nobody knows
+    told: list[Evaluation | AlignedErrors] = [
+        (floats and each.aligned) or each for each in (before, after)
+    ]
     return [
         ErrorLine(
             kind,
             unit,
-            before=getattr(before, f"{kind}_rms"),
-            after=getattr(after, f"{kind}_rms"),
+            before=getattr(told[0], f"{kind}_rms"),
+            after=getattr(told[1], f"{kind}_rms"),
             expected=getattr(expected, kind),
             bound=getattr(expected, f"{kind}_bound"),
             confidence=expected.confidence,
