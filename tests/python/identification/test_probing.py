@@ -3,6 +3,7 @@
 
 import dataclasses
 import json
+import re
 
 import numpy as np
 import pytest
@@ -262,3 +263,35 @@ def test_a_height_is_off_by_what_it_is_off_when_it_is_left_out(probed, delta, ac
         off = z - (c0 + c1 * x + c2 * y)
         said = float(rows.blunder[heights & (rows.pose == row)][0])
         assert abs(said) == pytest.approx(abs(off), rel=0.02)
+
+
+@pytest.mark.parametrize(("count", "doubted"), [(6, True), (8, True), (13, False), (21, False)])
+def test_so_few_points_that_no_other_predicts_one_are_doubted(count, doubted):
+    robot = symkin.load_mechanism("linear_delta").with_device("bed probe")
+    plan = symkin.plan(robot, count, candidates=300, spares=3)
+    found = symkin.identify(robot, symkin.simulate(robot, plan, seed=3))
+    said = [doubt for doubt in found.doubts if doubt.code == "others-say-little"]
+    assert bool(said) == doubted
+    assert found.trustworthy != doubted
+    if doubted:  # what is said is what leaving out each would do, to first order
+        fitted, left_out = (
+            float(re.search(rf"{words} ([0-9.]+) mm", str(said[0]))[1])
+            for words in ("times the", "predicted to")
+        )
+        assert left_out == pytest.approx(said[0].size * fitted, rel=0.02)
+
+
+def test_a_point_left_out_is_predicted_as_badly_as_the_doubt_says():
+    robot = symkin.load_mechanism("linear_delta").with_device("bed probe")
+    plan = symkin.plan(robot, 8, candidates=300, spares=3)
+    measured = symkin.simulate(robot, plan, seed=3).measurements
+    (doubt,) = symkin.identify(robot, measured).doubts
+    off = []
+    for row in range(len(measured)):
+        others = symkin.identify(robot, measured.subset(np.delete(np.arange(len(measured)), row)))
+        c0, c1, c2 = others.frames.plane
+        x, y, z = others.mechanism.forward_kinematics(measured.readings[row])[0][0]
+        above = (z - c0 - c1 * x - c2 * y) / np.hypot(1, np.hypot(c1, c2))
+        off.append(above - measured.heights[row])
+    said = float(re.search(r"predicted to ([0-9.]+) mm", str(doubt))[1])
+    assert said == pytest.approx(1e3 * np.sqrt(np.mean(np.square(off))), rel=0.1)

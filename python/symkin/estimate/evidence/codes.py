@@ -99,6 +99,11 @@ DOUBTS: Mapping[str, Code] = {
     "little-to-spare": Code(
         "{legs}: only {poses} to spare, so the noise can hardly be checked", "measure more"
     ),
+    "others-say-little": Code(
+        "left out one by one, the heights are predicted to {left_out} by the others, {size:.2g} "
+        "times the {fitted} of the fit: so few cannot say that it is right elsewhere",
+        "probe more points",
+    ),
     "many-rejected": Code("{legs}: the robust loss rejects {count} of its {total} poses"),
     "rows-without-pose": Code("no pose explains row{n} {rows}, which {verb} left out"),
     "leg-not-read": Code("{legs} has no reading: its parameters stay where the priors have them"),

@@ -9,11 +9,12 @@ from typing import Any
 import numpy as np
 
 from symkin import _core
+from symkin.analysis.probing import is_probed
 from symkin.errors import named_legs
 from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.fit import FALSE_ALARMS
 from symkin.estimate.found import Found, GoodnessOfFit
-from symkin.estimate.problem import observed_count
+from symkin.estimate.problem import KINDS, observed_count
 from symkin.estimate.solution import settled
 
 __all__ = [
@@ -28,6 +29,8 @@ __all__ = [
 CONDITION_LIMIT = 1e5
 # With fewer poses to spare, a noise three times larger than declared would often pass.
 _FEW_SPARE_POSES = 3
+# Times what the fit leaves, and the noise: points that the unknowns follow one by one.
+_FAR_ABOVE_FIT = 4
 _NORMAL_MEDIAN = 0.6745  # of the absolute value of a standard normal
 
 
@@ -47,6 +50,31 @@ def doubts_of_size(found: Found) -> Iterator[Doubt]:
             yield Doubt("rows-without-pose", rows=numbers, figures=figures)
         if found.degrees_of_freedom <= 0:
             yield Doubt("nothing-to-spare", figures={"who": ""})
+        elif is_probed(found.measurements):
+            yield from _of_heights(found)
+
+
+def _of_heights(found: Found) -> Iterator[Doubt]:
+    """Heights that the fit follows, and that the others hardly predict.
+
+    Each pose brings one condition, and the tolerances make up for those that are too few, so that
+    chi-square is as it should be however few there are.
+    """
+    rows = found.rows
+    own = (rows.kind == KINDS.index("heights")) & np.isfinite(rows.blunder) & (rows.t != 0)
+    deviations = found.measurements.standard_deviations(found.noise)
+    errors = np.column_stack([found.reading_errors[rows.pose[own]], rows.residual[own]])
+    sigma = np.column_stack([deviations[name][rows.pose[own]] for name in ("readings", "heights")])
+    # Of one condition a pose: a pose left out is off by its residual over what it is not given by.
+    whitened = np.divide(errors, sigma, out=np.zeros_like(errors), where=sigma > 0)
+    fitted = np.nansum(whitened**2, axis=1)
+    left_out = rows.t[own] ** 4 / fitted
+    times = float(np.sqrt(left_out.mean() / fitted.mean())) if own.any() else 0.0
+    if times > _FAR_ABOVE_FIT and left_out.mean() > _FAR_ABOVE_FIT**2:
+        off = float(np.sqrt(np.mean(rows.blunder[own] ** 2)))
+        sizes = {"left_out": off, "fitted": off / times}
+        figures = {name: f"{1e3 * value:.3g} mm" for name, value in sizes.items()}
+        yield Doubt("others-say-little", size=times, figures=figures)
 
 
 def doubts_of_poses(found: Found) -> Iterator[Doubt]:
