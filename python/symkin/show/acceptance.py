@@ -7,7 +7,8 @@ import math
 
 from symkin.acceptance import ABOUT, Acceptance, Comparison, Judged
 from symkin.present import Group, Headline, Page, Section, Table, Verdict
-from symkin.show.wording import NONE, milli, percent, plural, significant
+from symkin.show.units import on_paper
+from symkin.show.wording import NONE, milli, percent, plural, quantity, significant
 
 _VERDICTS: dict[str, Verdict] = {"pass": "good", "fail": "bad", "undecided": "doubtful"}
 _STANDARD_VISITS = 30
@@ -155,7 +156,7 @@ def _range(found: Acceptance) -> Table:
         [
             name,
             *(
-                f"{significant(low)} to {significant(high)} {unit}"
+                f"{milli(low, unit)} to {milli(high, unit)}"
                 for unit, (low, high) in zip(units, limits, strict=False)
             ),
         ]
@@ -228,7 +229,7 @@ def comparison_of_calibrations_page(found: Comparison) -> Page:
         [
             each.name,
             *(
-                f"{significant(value, 6)} {each.unit}".strip()
+                quantity(on_paper(each.unit)[0] * value, on_paper(each.unit)[1], 6)
                 for value in (each.first, each.second)
             ),
             milli(each.change, each.unit) if each.unit else significant(each.change),

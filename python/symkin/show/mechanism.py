@@ -42,8 +42,8 @@ from symkin.show.wording import (
     milli,
     plural,
     pose_coordinates,
-    quantity,
     setting,
+    span,
 )
 
 if TYPE_CHECKING:
@@ -262,9 +262,7 @@ def _structure(mechanism: Mechanism) -> list[Sequence[str]]:
     limits = mechanism.reading_limits
     if np.isfinite(limits).any():
         unit = mechanism.reading_unit
-        spans = [
-            f"{setting(low, unit)} to {setting(high, unit)}" for low, high in limits.T.tolist()
-        ]
+        spans = [span(low, high, unit) for low, high in limits.T.tolist()]
         if len({*spans}) == 1:
             rows.append(("limits of the reading", spans[0]))
         else:
@@ -279,22 +277,20 @@ def _workspace(mechanism: Mechanism) -> list[Sequence[str]]:
     names, rows = pose_coordinates(mechanism.space), list[Sequence[str]]()
     for each in mechanism.free:
         (name, unit), lower, upper = names[each], settings.lower[each], settings.upper[each]
-        rows.append((name, f"{setting(lower)} to {setting(upper, unit)}"))
+        rows.append((name, span(lower, upper, unit)))
     home = settings.home_or_origin
     if mechanism.bound:
         others = [name for each, (name, _) in enumerate(names) if each not in mechanism.free]
         rows.append((" and ".join([", ".join(others[:-1]), others[-1]]), "follow from the legs"))
-    at_home = [
-        f"{names[each][0]} = {setting(home[each], names[each][1])}" for each in mechanism.free
-    ]
-    margin = quantity(least_reach_margin(mechanism), mechanism.space.closure_unit)
+    at_home = [f"{names[each][0]} = {given(home[each], names[each][1])}" for each in mechanism.free]
+    margin = milli(least_reach_margin(mechanism), mechanism.space.closure_unit)
     rows += [
         ("home", ", ".join(at_home)),
         ("margin to the limits of reach, at least", margin),
         ("condition number, at most", setting(settings.conditioning_limit)),
     ]
     if mechanism.space.turns and mechanism.space.moves:
-        length = setting(mechanism.characteristic_length, "m")
+        length = given(mechanism.characteristic_length, "m")
         rows.append(("length that weighs rotations in it", length))
     return rows
 

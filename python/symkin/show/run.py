@@ -223,8 +223,8 @@ def fleet_page(fleet: Fleet) -> Page:
         subtitle=f"estimator {fleet.options.estimator}",
         headlines=[
             ("Fit", count(counts["fits"]), f"of {count(total)}"),
-            ("Doubtful", count(counts["doubtful"]), "see the table"),
-            ("Failed", count(counts["failed"]), "see the table"),
+            ("Doubtful", count(counts["doubtful"]), "see the table" if counts["doubtful"] else ""),
+            ("Failed", count(counts["failed"]), "see the table" if counts["failed"] else ""),
             ("Throughput", significant(fleet.robots_per_second), f"robots a second, {seconds}"),
         ],
         verdict=verdict,

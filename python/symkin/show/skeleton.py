@@ -27,6 +27,7 @@ __all__ = [
 Array = NDArray[np.float64]
 
 _SEEN = 0.3  # of the characteristic length
+_ARC, _ARC_RADIUS = 37, 0.4  # points of an arc, and its radius as a share of the crank
 # Radii at which axes of base, elbow and platform are drawn: on a sphere they may coincide.
 _SHELLS = np.array([[1.0], [0.875], [0.75]])
 
@@ -48,13 +49,15 @@ class Skeleton(NamedTuple):
     """What is drawn of a mechanism: per leg its joints and their centres, (joints, 2 or 3), m.
 
     On a sphere they are the joints' axes, and links are arcs between them. Of a leg that begins
-    with an actuated carriage `rails` has the ends of its way, shape (2, 2 or 3), of others None.
+    with an actuated carriage `rails` has the ends of its way, shape (2, 2 or 3), and of one that
+    begins with a crank between limits `swings` an arc about its joint, (n, 2 or 3); others None.
     """
 
     legs: tuple[Array, ...]
     joints: tuple[tuple[Joint, ...], ...]
     on_sphere: bool = False
     rails: tuple[Array | None, ...] = ()
+    swings: tuple[Array | None, ...] = ()
 
     @property
     def points(self) -> Array:
@@ -62,6 +65,18 @@ class Skeleton(NamedTuple):
         if self.on_sphere:
             return np.concatenate([arcs(leg) for leg in self.legs])
         return np.concatenate([*self.legs, *(each for each in self.rails if each is not None)])
+
+    def scaled(self, factor: float) -> Skeleton:
+        """The same in another unit."""
+
+        def times(lines: tuple[Array | None, ...]) -> tuple[Array | None, ...]:
+            return tuple(None if each is None else factor * each for each in lines)
+
+        return self._replace(
+            legs=tuple(factor * each for each in self.legs),
+            rails=times(self.rails),
+            swings=times(self.swings),
+        )
 
     @property
     def bodies(self) -> dict[str, Array]:
@@ -81,7 +96,23 @@ def skeleton_of(mechanism: Mechanism, pose: Array) -> Skeleton:
         _one_centre_a_joint(drawn_centres(mechanism, leg, pose, reading), len(joints[leg]))
         for leg, reading in enumerate(readings)
     )
-    return Skeleton(legs, joints, not mechanism.space.moves, rails_of(mechanism, pose, readings))
+    on_sphere, rails = not mechanism.space.moves, rails_of(mechanism, pose, readings)
+    return Skeleton(legs, joints, on_sphere, rails, _swings(mechanism, pose))
+
+
+def _swings(mechanism: Mechanism, pose: Array) -> tuple[Array | None, ...]:
+    """Where each crank that a leg begins with may point: an arc about its joint."""
+    lower, upper = mechanism.reading_limits
+    swings: list[Array | None] = []
+    for leg, chain in enumerate(mechanism.chains):
+        turns = joints_of(chain)[0] == Joint("R", actuated=True) and mechanism.space.moves
+        if not turns or not np.isfinite([lower[leg], upper[leg]]).all():
+            swings.append(None)
+            continue
+        readings = np.linspace(lower[leg], upper[leg], _ARC).tolist()
+        ends = np.array([drawn_centres(mechanism, leg, pose, each)[:2] for each in readings])
+        swings.append(ends[:, 0] + _ARC_RADIUS * (ends[:, 1] - ends[:, 0]))
+    return tuple(swings)
 
 
 def rails_of(mechanism: Mechanism, pose: Array, readings: Array) -> tuple[Array | None, ...]:

@@ -76,6 +76,12 @@ def given(value: float, unit: str) -> str:
     return setting(factor * value, name, _GIVEN_DIGITS)
 
 
+def span(low: float, high: float, unit: str) -> str:
+    """Between what something was given to lie: ``-550 to 550 mm``."""
+    factor, name = on_paper(unit)
+    return f"{setting(factor * low)} to {setting(factor * high, name)}"
+
+
 def milli(value: float, unit: str) -> str:
     """A small length, angle or time with its unit: ``0.0821 mm``; what rounding left is none."""
     if not math.isfinite(value):

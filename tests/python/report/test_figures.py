@@ -52,8 +52,19 @@ def test_the_drawing_puts_the_joints_where_the_mechanism_has_them(paper):
     links = [line.get_xydata() for line in figure.axes[0].lines if len(line.get_xdata()) == 3]
     readings = paper.inverse_kinematics(paper.home)[0]
     for leg, link in enumerate(links):
-        np.testing.assert_allclose(link, paper.core.joint_centres(leg, paper.home, readings[leg]))
+        centres = paper.core.joint_centres(leg, paper.home, readings[leg])
+        np.testing.assert_allclose(link, 1e3 * centres)
     assert len(links) == 3
+
+
+def test_a_crank_is_drawn_with_the_arc_between_its_limits(paper):
+    limited = paper.replace(joint_limits=JointLimits(0.0, 1.0))
+    arcs = [line for line in plot.mechanism(limited).lines if len(line.get_xdata()) == 37]
+    assert len(arcs) == 3
+    for leg, arc in enumerate(arcs):
+        joint, elbow, _ = 1e3 * paper.core.joint_centres(leg, paper.home, 1.0)
+        np.testing.assert_allclose(arc.get_xydata()[-1], joint + 0.4 * (elbow - joint))
+    assert not [line for line in plot.mechanism(paper).lines if len(line.get_xdata()) == 37]
 
 
 def test_poses_of_every_leg_lie_on_the_cloud(planar_result):

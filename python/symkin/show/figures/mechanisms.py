@@ -41,10 +41,12 @@ from symkin.show.figures.style import (
 )
 from symkin.show.skeleton import Joint, Skeleton, arcs, skeleton_of
 from symkin.show.theme import ACCENT, BEFORE, INK, LINE, PAPER
+from symkin.show.units import on_paper
 from symkin.show.wording import setting
 
 _BODIES = {"base": "#BDBDBD", "platform": "#8FB8DE"}
 _JOINTS = {"R": "revolute", "P": "prismatic", "U": "universal", "S": "spherical"}
+_SWING: dict[str, Any] = {"linewidth": 3, "alpha": 0.35}
 
 
 @dataclass(frozen=True)
@@ -95,25 +97,31 @@ def mechanism(
     """
     skeleton = skeleton_of(mechanism, mechanism.home if pose is None else np.asarray(pose, float))
     handles = _joint_handles(itertools.chain(*skeleton.joints))
-    labels = ("x", "y", "z") if skeleton.on_sphere else ("x, m", "y, m", "z, m")
+    if any(each is not None for each in skeleton.swings):
+        handles.append(Line2D([], [], label="limits of a crank", color=INK, **_SWING))
+    factor, unit = (1.0, "") if skeleton.on_sphere else on_paper("m")
+    skeleton = skeleton.scaled(factor)
+    labels = [f"{axis}, {unit}" if unit else axis for axis in "xyz"]
     if ax is not None:
         x, y, _ = labels
-        handles += _draw(dressed(ax, x=x, y=y), skeleton, symmetry)
+        handles += _draw(dressed(ax, x=x, y=y), skeleton, symmetry, factor)
         legend(ax, handles, below=False)
         return ax
     spatial = mechanism.space.in_space
     figure = new_figure(8.4 if spatial else 4.6, 4.6)
     places = figure.add_gridspec(1, 1 + spatial, width_ratios=(1.25, 1) if spatial else None)
     if spatial:
-        _draw(spatial_axes(figure, places[0], labels=labels), skeleton, None)
+        _draw(spatial_axes(figure, places[0], labels=labels), skeleton, None, factor)
     title = "from above" if spatial else ""
     axes = flat_axes(figure, places[-1], title=title, x=labels[0], y=labels[1])
-    handles += _draw(axes, skeleton, symmetry)
+    handles += _draw(axes, skeleton, symmetry, factor)
     legend_below(figure, handles, columns=6 if spatial else 3 if symmetry is None else 2)
     return axes
 
 
-def _draw(axes: Any, skeleton: Skeleton, symmetry: DrawnSymmetry | None) -> list[Line2D]:
+def _draw(
+    axes: Any, skeleton: Skeleton, symmetry: DrawnSymmetry | None, factor: float
+) -> list[Line2D]:
     """Draw in the plane or in space; returns the legend entries of the symmetry."""
     flat = not isinstance(axes, Axes3D)
     for body, corners in skeleton.bodies.items():
@@ -131,7 +139,7 @@ def _draw(axes: Any, skeleton: Skeleton, symmetry: DrawnSymmetry | None) -> list
         return []
     axes.plot(0, 0, "+", color=INK, markersize=9, zorder=5)
     _frame(axes, np.vstack([points, np.zeros(2)]))
-    return [] if symmetry is None else _draw_symmetry(axes, symmetry)
+    return [] if symmetry is None else _draw_symmetry(axes, symmetry, factor)
 
 
 def _frame(axes: Axes, points: Array) -> None:
@@ -149,6 +157,9 @@ def _draw_leg(axes: Any, skeleton: Skeleton, leg: int, centres: Array) -> None:
     links = arcs(centres) if skeleton.on_sphere else centres
     joints = list(zip(skeleton.joints[leg], centres[:, shown], strict=True))
     rail = skeleton.rails[leg] if skeleton.rails else None
+    swing = skeleton.swings[leg] if skeleton.swings else None
+    if swing is not None:
+        axes.plot(*swing[:, shown].T, color=colour, zorder=2, **_SWING)
     if rail is not None:
         # The carriage stands where its leg begins, and joins the next joint there.
         axes.plot(*rail[:, shown].T, color=LINE, linewidth=5, alpha=0.5, zorder=2, marker="|")
@@ -203,10 +214,10 @@ def _joint_handles(joints: Iterable[Joint]) -> list[Any]:
     return [*handles, sign("+", "origin", size=9), *bodies]
 
 
-def _draw_symmetry(axes: Axes, symmetry: DrawnSymmetry) -> list[Line2D]:
+def _draw_symmetry(axes: Axes, symmetry: DrawnSymmetry, factor: float) -> list[Line2D]:
     """Draw the centre of the rotations and the lines of the reflections, seen from above."""
     group = symmetry.group
-    centre = np.asarray(group.frame.base_centre, dtype=float)
+    centre = factor * np.asarray(group.frame.base_centre, dtype=float)
     shown: dict[bool, Line2D] = {}
     for element in group.elements:
         if element.reflection:
