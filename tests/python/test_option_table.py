@@ -130,8 +130,9 @@ def test_files_have_the_options_of_the_table():
         assert set(keys) == names - {"assume"}  # which has a section of its own
         for name, schema in keys.items():
             option = OPTIONS[name]
-            words = schema.get("items", schema).get("enum")
-            assert tuple(words or ()) == option.words
+            own = schema.get("items", schema)
+            words = [own["const"]] if "const" in own else own.get("enum", ())
+            assert tuple(words) == option.words
             if option.kind is int:
                 assert (schema["minimum"], schema["maximum"]) == (option.least, option.most)
 

@@ -240,8 +240,6 @@ _To = Literal[
     "c-header", "table",
 ]  # fmt: skip
 _MECHANISM, _PROBED, _DISTANCES = "mechanism.toml", "probed.csv", "distances.csv"
-_PROBED_UNKNOWNS = 6  # of an imported printer: endstops, radius, two towers' angles
-_SPARE_HEIGHTS = 5  # from which a noise can be estimated
 
 
 @command(
@@ -407,12 +405,9 @@ def import_(
     written = [_MECHANISM]
     if found.measurements is not None:
         written.append(_PROBED)
-        # Nobody knows how well a probe repeats; the heights that are left over tell.
-        spare = len(found.measurements.poses) - _PROBED_UNKNOWNS
-        noise = " --noise estimate" if spare >= _SPARE_HEIGHTS else ""
         files = [shlex.quote(str(out / name)) for name in written]
         calibrated = shlex.quote(str(out / "calibrated"))
-        say(f"\nNext: symkin identify {' '.join(files)}{noise} --out {calibrated}\n")
+        say(f"\nNext: symkin identify {' '.join(files)} --out {calibrated}\n")
     written += [_DISTANCES] * bool(len(found.distances))
     for name in written:
         say(str(out / name))

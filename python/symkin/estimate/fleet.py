@@ -25,7 +25,7 @@ from symkin.estimate.fleet_jobs import Job, Robots, identified
 from symkin.estimate.fleet_together import FoundTogether, surroundings_of
 from symkin.estimate.identification import SEVERAL_READINGS, identify
 from symkin.estimate.options import EstimateOptions
-from symkin.estimate.unknowns import Priors, with_file_settings
+from symkin.estimate.unknowns import Priors, noise_of_file, with_file_settings
 from symkin.estimate.workshop import MadeWithin, workshop_tolerances
 from symkin.model.canonical import canonical
 from symkin.model.given import MechanismGiven, as_mechanism
@@ -392,6 +392,8 @@ def identify_robots(
     if not robots:
         raise MeasurementError("there are no measurements of any robot; expected some")
     asked = with_file_settings(given, mechanism.identification)
+    if noise is None:
+        noise = noise_of_file(mechanism.identification)
     further = unusual(asked | {"noise": noise if isinstance(noise, str) else None})
     reason = "" if mechanism.curvature is None else "the sensors are curved"
     if mechanism.ties:
@@ -445,7 +447,8 @@ def fleet_of_files(
 
 def _asked(nominal: Mechanism, options: EstimateOptions) -> dict[str, Any]:
     """What is unknown, as `identify` takes it; empty if that is all parameters of all legs."""
-    wanted = {name: getattr(options, name) for name in vars(IdentificationSettings())}
+    names = [name for name in vars(IdentificationSettings()) if name != "noise"]
+    wanted = {name: getattr(options, name) for name in names}
     said = {name for name in wanted if getattr(nominal.identification, name, None) is not None}
     further = {*unusual(wanted)}
     noise = {"noise": options.noise} if isinstance(options.noise, str) else {}

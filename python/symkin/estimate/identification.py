@@ -21,7 +21,14 @@ from symkin.estimate.covariates import steps_of
 from symkin.estimate.cross_validation import CrossValidation, cross_validation_of
 from symkin.estimate.estimate import Estimate
 from symkin.estimate.options import EstimateOptions, Estimator, Loss, PoseUse
-from symkin.estimate.unknowns import Gauge, LossPer, Priors, Sensor, with_file_settings
+from symkin.estimate.unknowns import (
+    Gauge,
+    LossPer,
+    Priors,
+    Sensor,
+    noise_of_file,
+    with_file_settings,
+)
 from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import IdentificationSettings, NoiseSettings, unusual
@@ -180,6 +187,8 @@ def identify(
         "backlash": backlash,
     }
     wanted = _wanted(mechanism, measurements, given)
+    if noise is None:
+        noise = noise_of_file(mechanism.identification)
     reason = _needs_joint(mechanism, measurements, wanted, noise)
     how = {
         "poses": poses,

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from fnmatch import fnmatchcase
-from typing import Any, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +35,7 @@ __all__ = [
     "Priors",
     "Sensor",
     "matches_name",
+    "noise_of_file",
     "slope_units",
     "with_file_settings",
 ]
@@ -656,6 +657,11 @@ def _quantity(pattern: str, text: str, unit: str, what: str) -> float:
         return evaluate_quantity(text, unit or "1")
     except SymkinError as error:
         raise SymkinError(f'the {what} of "{pattern}" {error}') from error
+
+
+def noise_of_file(settings: IdentificationSettings | None) -> Literal["estimate"] | None:
+    """Whether the mechanism's file asks to estimate the noise of who says nothing."""
+    return "estimate" if settings is not None and settings.noise == "estimate" else None
 
 
 def with_file_settings(

@@ -342,10 +342,11 @@ _CONDITION = 10.0
 _NOISE = NoiseSettings(position=2.5e-5, orientation=0.0, reading=5e-6)
 _ASSUMED = (
     f"Noise is assumed: {_NOISE.position * 1e3:g} mm of a height, {_NOISE.reading * 1e3:g} mm of a "
-    "carriage. So are workspace and tolerances; the file has them"
+    "carriage, until identify estimates it. So are workspace and tolerances; the file has them"
 )
 # What Klipper's own calibration estimates.
 _UNKNOWN = ("sensor_offset", "base_radius", "leg1.base_azimuth", "leg2.base_azimuth")
+_TELLING_HEIGHTS = 11  # of which these six leave five, from which a noise can be estimated
 
 
 def _printer(path: Path) -> Imported:
@@ -394,6 +395,8 @@ def _printer(path: Path) -> Imported:
             f"{len(distances)} distances of printed objects are kept, with the readings at their "
             "ends; identify does not use them: give it one with --printed"
         )
+    # Nobody knows how well a probe repeats; the heights that are left over tell.
+    few = measurements is not None and len(measurements) < _TELLING_HEIGHTS
     mechanism = Mechanism(
         path.stem,
         delta.legs((0.0, 0.0, 0.0)),
@@ -404,7 +407,11 @@ def _printer(path: Path) -> Imported:
         noise=_NOISE,
         tolerances=Tolerances(length=1e-3, angle=1e-2, gain=2e-3),
         frames=Frames(plane=(0.0, 0.0, 0.0)),
-        identification=IdentificationSettings(free=_UNKNOWN, shared=("base_radius",)),
+        identification=IdentificationSettings(
+            free=_UNKNOWN,
+            shared=("base_radius",),
+            noise=None if few else "estimate",
+        ),
     )
     return Imported(mechanism, measurements, tuple(notes), distances)
 

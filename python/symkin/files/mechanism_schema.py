@@ -231,7 +231,7 @@ IDENTIFICATION = table(
             },
         ),
         "frames": list_of(choice(*OPTIONS["frames"].words)),
-        **{name: choice(*OPTIONS[name].words) for name in ("sensor", "gauge", "loss_per")},
+        **{name: choice(*OPTIONS[name].words) for name in ("sensor", "gauge", "loss_per", "noise")},
         "drift": list_of(choice(*OPTIONS["drift"].words)),
         "step": list_of(text(40)),
         "growth": boolean(),

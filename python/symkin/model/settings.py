@@ -296,6 +296,8 @@ class IdentificationSettings(_Settings):
         Of ``"leg"`` and ``"frame"``; rows, such as ``"63"`` or ``"frame:63"``.
     growth, backlash : bool or None
         See `identify`.
+    noise : str or None
+        ``"estimate"``.
     """
 
     free: tuple[str, ...] | None = None
@@ -312,6 +314,7 @@ class IdentificationSettings(_Settings):
     step: tuple[str, ...] | None = None
     growth: bool | None = None
     backlash: bool | None = None
+    noise: str | None = None
 
     @property
     def unusual(self) -> tuple[str, ...]:

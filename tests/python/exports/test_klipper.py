@@ -113,6 +113,7 @@ def test_probed_heights_lead_to_the_printer_as_it_was_built(printer: Path) -> No
     assert found.measurements is not None
     np.testing.assert_allclose(found.measurements.heights, 3e-4)
     fit = symkin.identify(found.mechanism, found.measurements)
+    assert fit.options.noise == "estimate"  # since nobody knows how well the probe repeats
     names = fit.mechanism.parameter_names
     values = fit.mechanism.parameters
     stops = np.array(BUILT["stops"]) + math.sqrt(ARM**2 - BUILT["radius"] ** 2)
@@ -127,6 +128,14 @@ def test_probed_heights_lead_to_the_printer_as_it_was_built(printer: Path) -> No
     np.testing.assert_allclose(values[:, names.index("distal_length")], ARM * 1e-3)
 
 
+def test_the_noise_is_estimated_where_enough_was_probed_to_tell_it(config: Callable) -> None:
+    for count, noise in ((10, None), (11, "estimate")):
+        text = MAIN + SAVED + "#*# [delta_calibrate]\n" + records(probed()[:count])
+        settings = import_mechanism(config(text)).mechanism.identification
+        assert settings is not None
+        assert settings.noise == noise
+
+
 def test_a_printed_length_goes_with_an_imported_printer(printer: Path) -> None:
     found = import_mechanism(printer)
     assert found.measurements is not None
@@ -135,7 +144,7 @@ def test_a_printed_length_goes_with_an_imported_printer(printer: Path) -> None:
     taken, _ = built.forward_kinematics(found.mechanism.inverse_kinematics(ends))
     piece = PrintedLength(0.1, float(np.linalg.norm(taken[1, :2] - taken[0, :2])))
     with_piece = with_printed_length(found.mechanism, found.measurements, piece)
-    fit = symkin.identify(found.mechanism, with_piece)
+    fit = symkin.identify(found.mechanism, with_piece, noise=found.mechanism.noise)
     assert fit.converged
     assert fit.chi_square_ratio < 0.01
     radius = fit.mechanism.parameter_names.index("base_radius")
