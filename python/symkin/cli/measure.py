@@ -19,8 +19,8 @@ from symkin.cli.options import (
     AccuracyOption,
     CandidatesOption,
     ConfidenceOption,
+    Measured,
     MechanismArgument,
-    NoiseOption,
     SeedOption,
     Unknown,
     accuracies_of,
@@ -68,7 +68,7 @@ def measure(
             "pasted or piped.",
         ),
     ] = None,
-    noise: NoiseOption = None,
+    by: Measured,
     observe: Annotated[list[str] | None, of("observe")] = None,
     unknown: Unknown,
     candidates: CandidatesOption = None,
@@ -105,7 +105,7 @@ def measure(
     with in_units(units):
         with progress() as stage:
             stage("reading the mechanism")
-            loaded = symkin.load_mechanism(mechanism)
+            loaded = by.on(symkin.load_mechanism(mechanism), estimates=True)
             stage("choosing poses")
             session = symkin.measure(
                 loaded,
@@ -113,7 +113,7 @@ def measure(
                 out,
                 orientation=wanted[1],
                 confidence=share,
-                noise=noise,
+                noise=by.estimated,
                 candidates=candidates,
                 seed=seed,
                 avoid=[region_of(text) for text in avoid or ()],

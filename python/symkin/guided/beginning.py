@@ -13,7 +13,8 @@ from typing import Any, Literal, Unpack
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from symkin.analysis.observed import Observable
+from symkin.analysis.observed import Observable, Observed
+from symkin.analysis.probing import with_probing_defaults
 from symkin.analysis.promises import CONFIDENCE, thinned
 from symkin.analysis.workspace import WorkspaceSample, sample_workspace
 from symkin.errors import SymkinError
@@ -27,7 +28,7 @@ from symkin.model.mechanism import Mechanism
 from symkin.model.poses import pose_rows
 from symkin.model.settings import IdentificationSettings
 from symkin.options import checks
-from symkin.planning.observing import is_probing, on_the_bed, probing_unknowns
+from symkin.planning.observing import is_probing, on_the_bed
 from symkin.planning.prediction import check_wanted
 from symkin.planning.selection import (
     Region,
@@ -86,8 +87,8 @@ def measure(
     avoid, margin_sigmas
         See `make_plan`.
     observe : str or sequence of str, optional
-        What is measured besides the readings, by default full poses; frames, points and anchors
-        are the mechanism's.
+        What is measured besides the readings, by default what the mechanism's device does, or
+        full poses; frames, points and anchors are the mechanism's.
     **unknowns
         What is unknown, see `identify`; by default what the mechanism's file says. The tolerances
         are priors unless others are given.
@@ -111,11 +112,13 @@ def measure(
         number = number or min(mechanism.protocol.candidates, _CANDIDATES)
         candidates = sample_workspace(mechanism, int(number), seed)
     poses = pose_rows(candidates)
-    if observe is not None and is_probing(mechanism, observe):
-        poses = on_the_bed(mechanism, observe, poses)
-        unknowns = probing_unknowns(mechanism, unknowns)
+    observed = Observed.of(mechanism, observe)
+    if is_probing(mechanism, observed) and observed is not None:
+        poses = on_the_bed(mechanism, observed, poses)
     given = {name: unknowns.get(name) for name in Unknowns.__annotations__}
     wanted = with_file_settings(given, mechanism.identification)
+    if observed is not None and observed.kinds == ("height",):
+        wanted = with_probing_defaults(wanted)
     wanted["prior"] = wanted.get("prior") or "tolerances"
     settings = dict(vars(mechanism.identification or IdentificationSettings())) | wanted
     robot = mechanism.replace(identification=IdentificationSettings(**settings))
@@ -128,14 +131,14 @@ def measure(
         raise SymkinError(
             "no candidate may be measured; expected a wider workspace, or fewer to avoid"
         )
-    survey = Survey.of(robot, poses, observe, {})
+    survey = Survey.of(robot, poses, observed, {})
     assert survey is not None  # since there is always a prior
     some = survey.rows(thinned(poses, _ENOUGH))
     survey.covariance([some[np.isfinite(some).all(axis=(1, 2))]])  # which names what is not shown
-    chooser = Chooser(robot, poses, observe, {}, target, seed)
+    chooser = Chooser(robot, poses, observed, {}, target, seed)
     folder = None if out is None else Path(out)
     if folder is not None:
-        _settle(folder, robot, poses, observe, target, noise, seed)
+        _settle(folder, robot, poses, observed, target, noise, seed)
     return Session(robot, chooser, survey, folder, noise)
 
 
@@ -143,7 +146,7 @@ def _settle(
     folder: Path,
     robot: Mechanism,
     poses: Array,
-    observe: Sequence[str] | None,
+    observed: Observed | None,
     target: Target,
     noise: str | None,
     seed: int,
@@ -157,7 +160,7 @@ def _settle(
         "drawing or unknowns": hashlib.sha256(drawing.read_bytes()).hexdigest(),
         "accuracy": target.wanted,
         "confidence": target.confidence,
-        "observe": [observe] if isinstance(observe, str) else list(observe or ["pose"]),
+        "observe": ["pose"] if observed is None else list(observed.kinds),
         "noise": noise or "declared",
         "seed": seed,
         "candidates": hashlib.sha256(np.ascontiguousarray(poses).tobytes()).hexdigest(),

@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from symkin.analysis.observed import Observed
 from symkin.analysis.promises import promised, thinned
 from symkin.analysis.workspace import workspace_coordinates
 from symkin.estimate.estimate import Estimate
-from symkin.estimate.survey import SILENT, Observing, Survey
+from symkin.estimate.survey import SILENT, Survey
 from symkin.model.mechanism import Mechanism
 from symkin.planning.completion import Completing
 from symkin.planning.visiting import visiting_order
@@ -66,7 +67,7 @@ class Chooser:
         self,
         robot: Mechanism,
         candidates: Array,
-        observe: Observing | None,
+        observe: Observed | None,
         unknowns: Mapping[str, Any],
         target: Target,
         seed: int,
