@@ -35,7 +35,14 @@ from symkin.guided import Session
 from symkin.guided.beginning import SETTINGS
 from symkin.guided.device import Device, Failed
 from symkin.guided.simulated import SimulatedDevice
-from symkin.show.guided import ask_text, end_text, entry_units, progress_text
+from symkin.show.guided import (
+    ask_text,
+    end_text,
+    entry_units,
+    progress_text,
+    resolved_text,
+    verdict_text,
+)
 from symkin.show.rendering import typed
 from symkin.show.units import in_units
 
@@ -91,9 +98,11 @@ def measure(
     The pose that helps most is asked for, with the readings that command it. What was measured is
     entered in a line, in the order and the units of the prompt; readings that are not entered are
     those commanded. Every line goes to measured.csv in the folder at once: a session that was ended
-    goes on, with the same pose, and other programs may append rows too. It is enough when such
-    robots keep the accuracy with the wanted confidence; `symkin identify` with robot.toml and
-    measured.csv says the same.
+    goes on, with the same pose, and other programs may append rows too. After every row the
+    drawing's tolerances are tested, that row and those before it, and whether something has
+    slipped; measuring a doubtful pose again decides. It is enough when such robots keep the
+    accuracy with the wanted confidence; `symkin identify` with robot.toml and measured.csv says the
+    same.
 
     With --device a program measures. It reads a line of JSON from standard input and answers with
     one; `symkin simulate-device` is one that plays a robot.
@@ -166,8 +175,12 @@ def _by_device(session: Session, command_line: str, tell: _Screen) -> None:
                     tell("The second failure there: the region is left out from now on.")
                 continue
             session.add(found.row, device=device.name, remark=found.remark)
-            tell(f"last {ask.row}   measured")
             tell(progress_text(session, session.progress))
+            verdict = session.resolve()
+            if verdict is not None:
+                tell(verdict_text(verdict))
+                if not verdict.fine:
+                    tell(resolved_text(verdict))
 
 
 def _by_hand(session: Session, tell: _Screen) -> None:
@@ -205,13 +218,40 @@ def _obeyed(
             tell("The second failure there: a leaves the region out.")
     elif key == "a":
         session.avoid()
-    elif key == "r":
-        session.repeat()
+    elif key in ("r", "t", "d", "k"):
+        _decide(session, key)
     elif key == "u":
         tell(f"Row {session.undo()} is taken back.")
     elif line:
         session.add(_row(line, entries))
+        verdict = session.verdict
+        if verdict is not None:
+            tell(verdict_text(verdict))
     return bool(line) or session.refresh()
+
+
+def _decide(session: Session, key: str) -> None:
+    """Do what is wanted about a doubtful row or a slip; without one, repeat or drop the last."""
+    verdict = session.verdict
+    if verdict is None:
+        raise SymkinError("there is no row yet")
+    number, slipped = verdict.doubtful, verdict.slipped
+    if key == "r":
+        session.repeat(number)
+    elif key == "t" and slipped is not None:
+        session.slip(slipped)
+    elif key == "t" and number is not None and verdict.likely:
+        session.correct(number, verdict.edited, verdict.likely)
+    elif key == "d" and number is not None:
+        session.drop(number)
+    elif key == "k" and number is not None:
+        session.keep(number)
+        if verdict.decided == "robot":
+            session.keep(verdict.row)
+    elif key == "k" and slipped is not None:
+        session.keep(slipped)
+    else:
+        raise SymkinError(f"nothing is doubtful that {key} could decide")
 
 
 def _row(line: str, entries: list[tuple[str, float, str]]) -> dict[str, float]:

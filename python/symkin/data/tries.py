@@ -12,11 +12,14 @@ from numpy.typing import NDArray
 
 from symkin.storage.tables import Table
 
-__all__ = ["COUNTING", "NOTES", "ROW", "STATUS", "counting_rows"]
+__all__ = ["BACK", "COUNTING", "DROPPED", "NOTES", "ROW", "STATUS", "TIME", "UNDONE"]
+__all__ += ["counting_rows", "only_counting"]
 
 STATUS, ROW, TIME = "status", "row", "time_s"
 COUNTING = ("ok", "repeat")  # and an empty cell, of what somebody else appended
-UNDONE = "undone"  # a line that takes back the line with the same number
+# A line that takes back the line with the same number: somebody erred, or the row is wrong.
+UNDONE, DROPPED = "undone", "dropped"
+BACK = (UNDONE, DROPPED)
 # Columns that say how a line came about, and are no measurement.
 NOTES = (ROW, "time", STATUS, "repeat_of", "device", "remark")
 
@@ -24,7 +27,7 @@ NOTES = (ROW, "time", STATUS, "repeat_of", "device", "remark")
 def counting_rows(statuses: list[str], numbers: list[str]) -> NDArray[np.intp]:
     """Lines, from 0, that were measured and not taken back; a line without a number has its own."""
     own = [number or str(place) for place, number in enumerate(numbers, 1)]
-    back = {number for number, status in zip(own, statuses, strict=True) if status == UNDONE}
+    back = {number for number, status in zip(own, statuses, strict=True) if status in BACK}
     return np.array(
         [
             place

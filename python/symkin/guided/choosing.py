@@ -101,6 +101,10 @@ class Chooser:
         if not self.queue:
             self.planned = False
 
+    def again(self) -> None:
+        """What is known has changed: choose anew."""
+        self.planned = False
+
     def fail(self, pose: Array, *, counts: bool = True, avoid: bool = False) -> None:
         """A pose could not be taken, or shall not be; `avoid` its neighbourhood too."""
         place = self._place(pose)
@@ -154,12 +158,17 @@ class Chooser:
 
     def _completing(self, estimate: Estimate[Any] | None) -> tuple[Completing, Any]:
         survey, rows, forms, widened = self._surveyed(estimate)
-        scale, information = survey.scale, _prior_information(survey)
+        scale = survey.scale
         scaled = np.outer(scale, scale)
-        if self._tries.taken:
-            own = survey.rows(np.array(self._tries.taken)).reshape(-1, len(scale)) * scale
-            own = own[np.isfinite(own).all(axis=1)]
-            information = information + own.T @ own
+        known = self._known(survey, estimate)
+        if known is not None:
+            information = np.asarray(np.linalg.inv(known / scaled))
+        else:
+            information = _prior_information(survey)
+            if self._tries.taken:
+                own = survey.rows(np.array(self._tries.taken)).reshape(-1, len(scale)) * scale
+                own = own[np.isfinite(own).all(axis=1)]
+                information = information + own.T @ own
         squares = [forms[name] / wanted**2 * scaled for name, wanted in self.target.wanted.items()]
         chance = self._chance() * np.isfinite(rows).all(axis=(1, 2))
         completing = Completing(
@@ -181,6 +190,15 @@ class Chooser:
         position, orientation, *_ = survey.error_forms(thinned(self.candidates, _AMONG))
         widened = estimate.widened if estimate is not None else 1.0
         return survey, rows, {"position": position, "orientation": orientation}, widened
+
+    def _known(self, survey: Survey, estimate: Estimate[Any] | None) -> Array | None:
+        """What an estimate knows of the unknowns, with whatever else it has taken for unknown."""
+        if estimate is None or estimate.widened > _SPOILT:
+            return None
+        if not set(survey.unknowns) <= set(estimate.names):
+            return None
+        own = [estimate.names.index(name) for name in survey.unknowns]
+        return np.asarray(estimate.model_covariance[np.ix_(own, own)])
 
     def _as_known(self, estimate: Estimate[Any] | None) -> Mechanism:
         """The robot where it is linearised: as estimated, unless a row has spoilt the estimate."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import datetime as dt
 import math
-import time
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Literal
@@ -14,15 +13,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin.data.measurements import Measurements
-from symkin.data.tries import ROW, STATUS, TIME, UNDONE
+from symkin.data.tries import BACK, DROPPED, ROW, STATUS, TIME, UNDONE
 from symkin.errors import SymkinError
 from symkin.estimate.estimate import Estimate
-from symkin.estimate.identification import identify
-from symkin.estimate.precision import expected_over
 from symkin.estimate.survey import Survey
-from symkin.guided.choosing import Chooser, not_known
+from symkin.files.mechanism_writer import save_mechanism
+from symkin.guided.checks import Verdict
+from symkin.guided.choosing import Chooser
+from symkin.guided.knowledge import TAKEN_AS, Knowledge, Known
 from symkin.guided.rows import RowFormat
-from symkin.guided.tries_table import TriesTable
+from symkin.guided.tries_table import KEPT, SLIPPED, TriesTable
 from symkin.model.mechanism import Mechanism
 from symkin.values import Value, record
 
@@ -72,6 +72,10 @@ class Progress(Value):
     position_bound, orientation_bound : float
         What the wanted share of such robots is within over the workspace (rms), m and rad;
         infinite as long as that is not known.
+    confidence : float
+        That share: of what is wanted; after a repair, half as many robots may miss.
+    repaired : bool
+        Whether rows were dropped or put right, or something slipped.
     reached : bool
         Whether that is what was wanted.
     more : int
@@ -92,6 +96,8 @@ class Progress(Value):
     failed: int
     position_bound: float
     orientation_bound: float
+    confidence: float
+    repaired: bool
     reached: bool
     more: int
     degrees: float
@@ -110,8 +116,6 @@ class Session:
 
     Attributes
     ----------
-    robot : Mechanism
-        What `identify` takes with the session's table: the drawing and what is unknown of it.
     target : Target
         What is wanted.
     folder : Path or None
@@ -126,18 +130,19 @@ class Session:
         folder: Path | None,
         noise: Literal["estimate"] | None,
     ) -> None:
-        self.robot, self.folder, self.target = robot, folder, chooser.target
-        self._chooser, self._noise = chooser, noise
+        self.folder, self.target = folder, chooser.target
+        self._chooser, self._noise, self._written = chooser, noise, robot
         self._format = RowFormat(robot, observed.observed)
         # Frames that nobody knows take as many conditions before anything can be fitted.
         conditions = observed.rows(chooser.candidates[:1]).shape[1]
-        self._least = -(-int(np.isinf(observed.priors).sum()) // conditions)
+        least = -(-int(np.isinf(observed.priors).sum()) // conditions)
         self.columns = self._format.columns
         names = (ROW, "time", TIME, STATUS, "repeat_of", *self._format.commanded, *self.columns)
         path = None if folder is None else folder / TABLE
         self._table = TriesTable(path, (*names, "device", "remark"))
         self._repeating: int | None = None
-        self._known: dict[int, tuple[Estimate[Any] | None, str]] = {}
+        confidence = chooser.target.confidence
+        self._knowledge = Knowledge(robot, self._table, confidence, noise, least)
         self._told: dict[int, Progress] = {}
         self._floor: tuple[dict[str, float], tuple[str, ...]] | None = None
         self._seen = 0
@@ -156,12 +161,12 @@ class Session:
     def asked(self) -> Ask:
         """Return the pose to measure now, even if what is known is enough."""
         if not self._chooser.planned:
-            self._chooser.plan(self._estimated()[0])
+            self._chooser.plan(self.estimate)
         row = len(self._table.lines) + 1
         queue = self._chooser.candidates[self._chooser.queue]
         again = self._repeating
         if again is not None:
-            pose, ahead = self._pose_of(self._line_of(again)), queue
+            pose, ahead = self._pose_of(self._table.place(again)), queue
             assert pose is not None
         elif len(queue):
             pose, ahead = queue[0], queue[1:]
@@ -225,7 +230,7 @@ class Session:
     def avoid(self) -> None:
         """Leave out the pose and its neighbourhood, or that of the failure before it."""
         asked = self.asked().pose
-        failed = [place for place in self._table.standing if self._failed(place)]
+        failed = [place for place in self._table.standing if self._table.is_failed(place)]
         pose = self._pose_of(failed[-1]) if failed else None
         self._append("avoid", asked if pose is None else pose, {}, "", "")
 
@@ -234,22 +239,60 @@ class Session:
         counting = self._table.counting
         if not counting:
             raise SymkinError("there is no row yet that could be repeated")
-        self._repeating = self._table.number(counting[-1] if row is None else self._line_of(row))
+        self._repeating = self._table.number(
+            counting[-1] if row is None else self._table.place(row)
+        )
 
     def undo(self, row: int | None = None, *, remark: str = "") -> int:
         """Take back a row, by default the last line; its pose is asked for again.
 
         Nothing is deleted: a line says that the row does not count. Returns its number.
         """
-        standing = self._table.standing
-        if not standing:
-            raise SymkinError("there is no row yet that could be taken back")
-        place = standing[-1] if row is None else self._line_of(row)
-        number = self._table.number(place)
-        if place not in standing:
-            raise SymkinError(f"row {number} is taken back already")
-        self._append(UNDONE, None, {}, "", remark, number=number)
-        return number
+        return self._take_back(UNDONE, row, remark)
+
+    def drop(self, row: int) -> None:
+        """Leave out a row that is wrong; more is asked of the others after such a repair."""
+        self._take_back(DROPPED, row, "does not fit")
+
+    def keep(self, row: int) -> None:
+        """Do not doubt a row any more."""
+        self._append(KEPT, None, {}, "", "", number=self._table.number(self._table.place(row)))
+
+    def correct(self, row: int, values: Mapping[str, float], what: str) -> None:
+        """Put a row right: it is dropped, and written again with other values."""
+        place = self._table.place(row)
+        line, pose = self._table.lines[place], self._pose_of(place)
+        cells = {name: line[name] for name in self.columns}
+        cells |= {name: repr(float(value)) for name, value in values.items()}
+        self.drop(row)
+        status, device, remark = line[STATUS] or "ok", line["device"], f"{TAKEN_AS}{what}"
+        self._append(status, pose, cells, device, remark, repeat_of=line["repeat_of"])
+
+    def slip(self, row: int) -> None:
+        """From this row on the sensors may show something else: the robot is as after it."""
+        self._append(SLIPPED, None, {}, "", "", number=self._table.number(self._table.place(row)))
+
+    def resolve(self) -> Verdict | None:
+        """Do what is to be done of the last verdict without asking anybody, and return that.
+
+        A doubtful row is measured again. If the repeat fits, the row was wrong and is dropped; if
+        not, both are kept, and what has slipped is looked for. A slip becomes a step.
+        """
+        verdict = self.verdict
+        if verdict is None or verdict.fine:
+            return verdict
+        if verdict.slipped is not None:
+            self.slip(verdict.slipped)
+        elif verdict.decided == "row":
+            assert verdict.doubtful is not None
+            self.drop(verdict.doubtful)
+        elif verdict.decided == "robot":
+            assert verdict.doubtful is not None
+            self.keep(verdict.doubtful)
+            self.keep(verdict.row)
+        else:
+            self.repeat(verdict.doubtful)
+        return verdict
 
     def refresh(self) -> bool:
         """Take in what others have appended to the file; says whether there was any."""
@@ -261,6 +304,11 @@ class Session:
     # What is known
 
     @property
+    def robot(self) -> Mechanism:
+        """What `identify` takes with the session's table: the drawing and what is unknown of it."""
+        return self._now.robot
+
+    @property
     def measurements(self) -> Measurements | None:
         """What was measured and counts; None before the first row."""
         return self._table.measurements(self.robot)
@@ -268,7 +316,12 @@ class Session:
     @property
     def estimate(self) -> Estimate[Any] | None:
         """What is known now, as `identify` has it of `robot` and the table; None before it can."""
-        return self._estimated()[0]
+        return self._now.estimate
+
+    @property
+    def verdict(self) -> Verdict | None:
+        """What the last row and those before it say; None before the first."""
+        return self._knowledge.verdict(self._chooser.more)
 
     @property
     def progress(self) -> Progress:
@@ -278,40 +331,11 @@ class Session:
             self._told = {count: self._progress()}
         return self._told[count]
 
-    def _progress(self) -> Progress:
-        estimate, failure = self._estimated()
-        bounds, degrees = not_known(), math.inf
-        if estimate is not None:
-            try:
-                poses = expected_over(estimate.mechanism)
-                found = estimate.expected_accuracy(poses, self.target.confidence)
-            except SymkinError as error:  # as of a row that no robot can have
-                failure = str(error)
-            else:
-                bounds = {"position": found.position_bound, "orientation": found.orientation_bound}
-            if self._noise == "estimate":
-                degrees = max(estimate.degrees_of_freedom, 0.0)
-        reached = all(bounds[name] <= value for name, value in self.target.wanted.items())
-        floor, unseen = self._floored()
-        never = not reached and any(
-            floor[name] > value for name, value in self.target.wanted.items()
-        )
-        if not (self._chooser.planned or reached or never):
-            self._chooser.plan(estimate)
-        return Progress(
-            rows=len(self._table.counting),
-            failed=sum(map(self._failed, self._table.standing)),
-            position_bound=bounds["position"],
-            orientation_bound=bounds["orientation"],
-            reached=reached and degrees >= LEAST_DEGREES,
-            more=self._chooser.more,
-            degrees=degrees,
-            never=never,
-            position_floor=floor["position"],
-            orientation_floor=floor["orientation"],
-            unseen=unseen,
-            failure=failure,
-        )
+    @property
+    def confidence(self) -> float:
+        """Share of such robots that the bounds are for: after a repair, half as many may miss."""
+        wanted = self.target.confidence
+        return 1 - (1 - wanted) / 2 if self._knowledge.repaired else wanted
 
     @property
     def torn(self) -> str:
@@ -325,29 +349,41 @@ class Session:
 
     # How it is done
 
-    def _estimated(self, count: int | None = None) -> tuple[Estimate[Any] | None, str]:
-        """By so many lines, by default all; and why there is none."""
-        count = len(self._table.lines) if count is None else count
-        if count not in self._known:
-            self._known[count] = self._identified(count)
-        return self._known[count]
+    @property
+    def _now(self) -> Known:
+        return self._knowledge.of(len(self._table.lines))
 
-    def _identified(self, count: int) -> tuple[Estimate[Any] | None, str]:
-        try:
-            measured = self._table.measurements(self.robot, count)
-            if measured is None or len(measured.poses) < self._least:
-                return None, ""
-            found = identify(
-                self.robot, measured, noise=self._noise, confidence=self.target.confidence
-            )
-        except SymkinError as error:
-            return None, str(error)
-        return (found, "") if found.converged else (None, found.failure)
-
-    def _floored(self) -> tuple[dict[str, float], tuple[str, ...]]:
+    def _progress(self) -> Progress:
+        known = self._now
+        bounds, failure = self._knowledge.bounds(known, self.confidence)
+        degrees = math.inf
+        if self._noise == "estimate":
+            found = known.estimate
+            degrees = 0.0 if found is None else max(found.degrees_of_freedom, 0.0)
+        wanted = self.target.wanted
+        reached = all(bounds[name] <= value for name, value in wanted.items())
         if self._floor is None:
             self._floor = self._chooser.floor()
-        return self._floor
+        floor, unseen = self._floor
+        never = not reached and any(floor[name] > value for name, value in wanted.items())
+        if not (self._chooser.planned or reached or never):
+            self._chooser.plan(known.estimate)
+        return Progress(
+            rows=len(self._table.counting),
+            failed=sum(map(self._table.is_failed, self._table.standing)),
+            position_bound=bounds["position"],
+            orientation_bound=bounds["orientation"],
+            confidence=self.confidence,
+            repaired=self._knowledge.repaired,
+            reached=reached and degrees >= LEAST_DEGREES,
+            more=self._chooser.more,
+            degrees=degrees,
+            never=never,
+            position_floor=floor["position"],
+            orientation_floor=floor["orientation"],
+            unseen=unseen,
+            failure=failure,
+        )
 
     def _follow(self) -> None:
         """Let the choice of poses follow the lines that it has not seen.
@@ -356,15 +392,17 @@ class Session:
         that begins again asks for the same ones.
         """
         lines = self._table.lines
-        if any(line[STATUS] == UNDONE for line in lines[self._seen :]):
+        if any(line[STATUS] in BACK for line in lines[self._seen :]):
             self._seen = 0
-            self._known.clear()
+            self._knowledge.forget()
             self._chooser.begin()
         standing = set(self._table.standing)
         for place in range(self._seen, len(lines)):
+            if lines[place][STATUS] == SLIPPED:
+                self._chooser.again()
             if place in standing:
                 if not self._chooser.planned:
-                    self._chooser.plan(self._estimated(place)[0])
+                    self._chooser.plan(self._knowledge.of(place).estimate)
                 self._tell(place)
         self._seen = len(lines)
         self._repeating = None
@@ -377,19 +415,19 @@ class Session:
             counts = status not in (_UNCOUNTED, "avoid")
             self._chooser.fail(pose, counts=counts, avoid=status == "avoid")
 
-    def _failed(self, place: int) -> bool:
-        line = self._table.lines[place]
-        return not self._table.is_measured(place) and line[STATUS] != UNDONE
-
-    def _line_of(self, row: int) -> int:
-        for place in range(len(self._table.lines)):
-            known = self._table.lines[place][STATUS] != UNDONE
-            if known and self._table.number(place) == row:
-                return place
-        raise SymkinError(f"there is no row {row}; expected 1 to {len(self._table.lines)}")
-
     def _pose_of(self, place: int) -> Array | None:
         return self._format.pose(self._table.lines[place])
+
+    def _take_back(self, status: str, row: int | None, remark: str) -> int:
+        standing = self._table.standing
+        if not standing:
+            raise SymkinError("there is no row yet that could be taken back")
+        place = standing[-1] if row is None else self._table.place(row)
+        number = self._table.number(place)
+        if place not in standing:
+            raise SymkinError(f"row {number} is taken back already")
+        self._append(status, None, {}, "", remark, number=number)
+        return number
 
     def _append(
         self,
@@ -402,18 +440,17 @@ class Session:
         repeat_of: str = "",
         number: int | None = None,
     ) -> None:
-        now = time.time()
-        first = next((line[TIME] for line in self._table.lines if line[TIME]), "")
-        began = next((line["time"] for line in self._table.lines if line["time"]), "")
+        now = dt.datetime.now(dt.UTC)
+        began = next((line for line in self._table.lines if line["time"] and line[TIME]), None)
         since = 0.0
-        if first and began:
-            since = now - dt.datetime.fromisoformat(began).timestamp() + float(first)
-        stamp = dt.datetime.fromtimestamp(now, dt.UTC).isoformat(timespec="milliseconds")
+        if began is not None:
+            passed = now - dt.datetime.fromisoformat(began["time"])
+            since = max(passed.total_seconds() + float(began[TIME]), 0.0)
         self._table.append(
             {
                 ROW: str(number or len(self._table.lines) + 1),
-                "time": stamp,
-                TIME: f"{max(since, 0.0):.3f}",
+                "time": now.isoformat(timespec="milliseconds"),
+                TIME: f"{since:.3f}",
                 STATUS: status,
                 "repeat_of": repeat_of,
                 **({} if pose is None else self._format.commanded_cells(pose)),
@@ -423,3 +460,14 @@ class Session:
             }
         )
         self._follow()
+        self._write_robot()
+
+    def _write_robot(self) -> None:
+        """Keep the robot's file as `identify` needs it for the same result."""
+        robot = self.robot
+        if self.folder is None or robot is self._written:
+            return
+        new = self.folder / f".{ROBOT}"
+        save_mechanism(robot, new, overwrite=True)
+        new.replace(self.folder / ROBOT)
+        self._written = robot

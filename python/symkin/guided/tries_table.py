@@ -10,13 +10,17 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from symkin.data.measurements import Measurements
+from symkin.data.observables import COMMANDED
 from symkin.data.reading import read_measurements
-from symkin.data.tries import COUNTING, ROW, STATUS, UNDONE, counting_rows
+from symkin.data.tries import BACK, COUNTING, NOTES, ROW, STATUS, TIME, counting_rows
 from symkin.errors import MeasurementError, SymkinError
 from symkin.model.mechanism import Mechanism
 
-__all__ = ["TriesTable"]
+__all__ = ["KEPT", "SLIPPED", "TriesTable"]
 
+# Lines that say something of another line, whose number they have.
+SLIPPED, KEPT = "slipped", "kept"
+_REMARKS = (*BACK, SLIPPED, KEPT)
 Line = dict[str, str]  # cells by column; all of them
 
 
@@ -106,33 +110,77 @@ class TriesTable:
     @property
     def standing(self) -> list[int]:
         """Places of all lines that were not taken back, failures too."""
-        back = {line[ROW] for line in self.lines if line[STATUS] == UNDONE}
+        back = {line[ROW] for line in self.lines if line[STATUS] in BACK}
         return [
             place
             for place, line in enumerate(self.lines)
-            if line[STATUS] != UNDONE and str(self.number(place)) not in back
+            if line[STATUS] not in _REMARKS and str(self.number(place)) not in back
         ]
 
-    def measurements(self, robot: Mechanism, upto: int | None = None) -> Measurements | None:
+    def measurements(
+        self,
+        robot: Mechanism,
+        upto: int | None = None,
+        without: Sequence[int] = (),
+        edited: Mapping[int, Mapping[str, float]] | None = None,
+    ) -> Measurements | None:
         """What counts of the first lines, by default of all; None of nothing.
 
-        What a later line takes back does not count.
+        What a later line takes back does not count, nor do lines `without` which, by their places;
+        of others the values may be `edited`.
         """
         count = len(self.lines) if upto is None else upto
-        if not any(place < count for place in self.counting):
+        kept = [place for place in self.counting if place < count and place not in without]
+        if not kept:
             return None
-        back = [line for line in self.lines[count:] if line[STATUS] == UNDONE]
         text = io.StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(self.columns)
-        writer.writerows(line.values() for line in [*self.lines[:count], *back])
+        writer = csv.DictWriter(text, self.columns, lineterminator="\n")
+        writer.writeheader()
+        for place, line in enumerate(self.lines[:count]):
+            values = (edited or {}).get(place, {})
+            status = line[STATUS] if place in kept else BACK[0]
+            cells = {name: repr(value) for name, value in values.items()}
+            # A line that does not count takes back none but itself.
+            number = str(self.number(place)) if place in kept else str(-place - 1)
+            writer.writerow(line | cells | {STATUS: status, ROW: number})
         stream = io.StringIO(text.getvalue())
         stream.name = str(self.path or "the session")
         return read_measurements(stream, robot)
 
+    def said(self, *statuses: str, upto: int | None = None) -> list[int]:
+        """The numbers of the lines of which the first lines say this, in their order."""
+        return [int(line[ROW]) for line in self.lines[:upto] if line[STATUS] in statuses]
+
+    def values(self, place: int) -> dict[str, float]:
+        """The measured numbers of a line, by column."""
+        line = self.lines[place]
+        names = [name for name in self.columns if name not in (*NOTES, TIME)]
+        return {
+            name: float(line[name])
+            for name in names
+            if line[name] and not name.startswith(COMMANDED)
+        }
+
     def is_measured(self, place: int) -> bool:
         """Whether a line is of a measurement, whatever became of it."""
         return self.lines[place][STATUS] in ("", *COUNTING)
+
+    def is_failed(self, place: int) -> bool:
+        """Whether a line is of a try that failed."""
+        return self.lines[place][STATUS] not in ("", *COUNTING, *_REMARKS)
+
+    def place(self, number: int) -> int:
+        """Where the line of a try stands, from 0.
+
+        Raises
+        ------
+        SymkinError
+            If there is none.
+        """
+        for place, line in enumerate(self.lines):
+            if line[STATUS] not in _REMARKS and self.number(place) == number:
+                return place
+        raise SymkinError(f"there is no row {number}; expected 1 to {len(self.lines)}")
 
     def _check_header(self, found: Sequence[str]) -> None:
         if tuple(found) != self.columns:

@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 
 from symkin.analysis.workspace import workspace_coordinates
 from symkin.data.sensor_tables import shown_readings
-from symkin.guided import Ask, Progress, Session
+from symkin.guided import Ask, Progress, Session, Verdict
 from symkin.guided.session import LEAST_DEGREES, ROBOT, TABLE
 from symkin.model.file_frames import as_drawn
 from symkin.show.units import on_paper
-from symkin.show.wording import milli, percent, plural
+from symkin.show.wording import milli, percent, plural, significant
 
-__all__ = ["ask_text", "end_text", "entry_units", "progress_text"]
+__all__ = ["ask_text", "end_text", "entry_units", "progress_text", "resolved_text", "verdict_text"]
 
 _BAR = 26
 _WIDTH = 79
@@ -41,11 +41,12 @@ def progress_text(session: Session, progress: Progress) -> str:
     done = progress.rows + (0 if progress.reached else progress.more)
     full = round(_BAR * progress.rows / max(done, 1))
     bar = "#" * full + "." * (_BAR - full)
-    share = percent(session.target.confidence)
+    share = percent(progress.confidence)
+    repaired = " (after a repair)" if progress.repaired else ""
     return "\n".join(
         [
             *_filled(f"{plural(progress.rows, 'row')}{more}{failed};  {'; '.join(parts)}"),
-            f"[{bar}]  what {share} of such robots keep",
+            f"[{bar}]  what {share} of such robots keep{repaired}",
         ]
     )
 
@@ -60,6 +61,50 @@ def ask_text(session: Session, ask: Ask) -> str:
         *_filled("readings  " + _readings(session, ask.readings), 2),
     ]
     return "\n".join(lines)
+
+
+def verdict_text(verdict: Verdict) -> str:
+    """What the last row and those before it say, and what can be done about it."""
+    lines = []
+    if verdict.tolerances > 1:
+        factor = significant(verdict.tolerances, 2)
+        lines += _filled(
+            f"The robot is {factor} times as far from the drawing as the tolerances say; from now "
+            "on they count so much."
+        )
+    number = verdict.doubtful
+    if verdict.decided == "row":
+        lines += _filled(f"!  The repeat fits: row {number} is wrong.  d drop it, k keep it")
+    elif verdict.decided == "robot":
+        lines += _filled(
+            f"!  The repeat says the same as row {number}: not the row, but the robot, the device "
+            "or the model.  k keep both, and look for a slip; d drop it"
+        )
+    elif number is not None:
+        off = f" ({significant(verdict.off, 2)} sigma)" if math.isfinite(verdict.off) else ""
+        lines += _filled(f"!  Row {number} does not fit the others{off}.")
+        if verdict.likely:
+            lines += _filled(f"   It would with {verdict.likely}.  t take it so")
+        lines += ["   r repeat its pose (tells the row from the robot), d drop it, k keep it"]
+    elif verdict.slipped is not None:
+        lines += _filled(
+            f"!  From row {verdict.slipped} on the sensors show something else, as if one had "
+            "slipped.  t take it as a step, k keep on without"
+        )
+    elif math.isfinite(verdict.deviations):
+        lines.append(f"row {verdict.row} fits ({significant(verdict.deviations, 2)} sigma)")
+    return "\n".join(lines)
+
+
+def resolved_text(verdict: Verdict) -> str:
+    """What was done about it where nobody was asked."""
+    if verdict.slipped is not None:
+        return f"The rows before {verdict.slipped} have a step of every sensor from now on."
+    if verdict.decided == "row":
+        return f"Row {verdict.doubtful} is dropped."
+    if verdict.decided == "robot":
+        return "Both are kept; what has slipped is looked for."
+    return f"Row {verdict.doubtful} is measured again."
 
 
 def pose_text(session: Session, pose: NDArray[np.float64]) -> str:
@@ -97,7 +142,7 @@ def entry_units(columns: Sequence[str]) -> list[tuple[str, float, str]]:
 
 def end_text(session: Session, progress: Progress) -> str:
     """What a session came to, and what to do now."""
-    rows, share = plural(progress.rows, "row"), percent(session.target.confidence)
+    rows, share = plural(progress.rows, "row"), percent(progress.confidence)
     lines = _wanted(session, progress, "bound")
     if progress.reached:
         head = f"Enough: {rows}. {share} of such robots keep, over the workspace (rms):"
@@ -118,6 +163,12 @@ def end_text(session: Session, progress: Progress) -> str:
                 f"  the noise rests on {progress.degrees:.0f} degrees of freedom; expected "
                 f"{LEAST_DEGREES} at least"
             )
+    if progress.repaired:
+        lines += _filled(
+            "After a repair: rows were dropped or put right, or something slipped, so that half as "
+            "many robots as was wanted may exceed it.",
+            2,
+        )
     text = [*_filled(head), *lines]
     folder = session.folder
     if folder is not None and progress.rows:

@@ -6,8 +6,16 @@ import sys
 
 import pytest
 
-FEW = ("--candidates", 300, "--seed", 1)
+from symkin.estimate import precision
+
+FEW = ("--candidates", 150, "--seed", 1)
 DEVICE = f'"{sys.executable}" -c "{{}}"'
+
+
+@pytest.fixture(autouse=True)
+def few_poses(monkeypatch):
+    """Bounds over few poses of the workspace, which take the time of a session."""
+    monkeypatch.setattr(precision, "_SAMPLES", 200)
 
 
 @pytest.fixture
@@ -22,13 +30,12 @@ def typed(monkeypatch):
 
 def test_a_device_is_asked_until_the_accuracy_is_reached(symkin, tmp_path):
     device = "symkin simulate-device 3RRR --seed 2 --lost 0.1"
-    done = symkin(
-        "measure", "3RRR", "--accuracy", "0.3mm", "--out", tmp_path, "--device", device, *FEW
-    )
+    given = ("measure", "3RRR", "--accuracy", "0.3mm", "--out", tmp_path, *FEW)
+    done = symkin(*given, "--device", device)
     assert done.code == 0, done.err
     assert "Enough:" in done.out
     assert max(map(len, done.out.splitlines()[:-1])) <= 80
-    again = symkin("measure", "3RRR", "--accuracy", "0.3mm", "--out", tmp_path, *FEW)
+    again = symkin(*given)
     assert (again.code, again.out.splitlines()[-4:]) == (0, done.out.splitlines()[-4:])
 
 

@@ -1,0 +1,155 @@
+# SPDX-License-Identifier: MIT
+"""Whether the drawing's tolerances hold, a row is wrong, or something has slipped since."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from symkin import _core
+from symkin.estimate.conflict import LIMIT
+from symkin.estimate.estimate import Estimate
+from symkin.estimate.evidence.changes import change_tests
+from symkin.model.mechanism import Mechanism
+from symkin.values import Value, record
+
+__all__ = ["Verdict", "edits_of", "judged", "slipped_from", "tolerances_factor"]
+
+_TOLD = 17  # rows from which on the drawing can be doubted
+_FALSE = 0.01  # sessions in which a sound row is doubted
+_FEWEST = 60  # rows of a session, at least, that share these
+_OLDER = 5  # times rarer is a row doubted that was not when it came
+_SLIPPED = 12  # rows, at least, before a slip is looked for
+_SLIP = 0.1  # of the limit of the tests for changes, since they are made after every row
+_DEGREES = math.pi / 180
+
+
+@record
+class Verdict(Value):
+    """What the last row and those before it say.
+
+    Attributes
+    ----------
+    row : int
+        The last one.
+    deviations : float
+        How far it is from what the other rows predict, in standard deviations (root mean square
+        over its observations); NaN where that cannot be said yet.
+    doubtful : int or None
+        The row that does not fit, if any: the last, or one before.
+    off : float
+        How far that one is off, in standard deviations.
+    likely : str
+        What makes it fit, such as ``"x in mm"``; empty if nothing does alone.
+    edited : mapping of str to float
+        Its values then, by column.
+    slipped : int or None
+        The row from which on the sensors or the device show something else, if any.
+    tolerances : float
+        Times the drawing's tolerances count, since the robot is further from it than they say.
+    decided : str
+        What a repeat has shown of the row that it repeats: "row", if that was wrong, or "robot",
+        if it was not; empty if it was no such repeat.
+    """
+
+    row: int
+    deviations: float
+    doubtful: int | None = None
+    off: float = math.nan
+    likely: str = ""
+    edited: Mapping[str, float] = dataclasses.field(default_factory=dict)
+    slipped: int | None = None
+    tolerances: float = 1.0
+    decided: str = ""
+
+    @property
+    def fine(self) -> bool:
+        """Whether nothing is to be decided."""
+        return self.doubtful is None and self.slipped is None
+
+
+def tolerances_factor(estimate: Estimate[Any], rows: int) -> float:
+    """By how much the tolerances are too small, once that is plain; else 1."""
+    conflict = estimate.conflict
+    if rows < _TOLD or conflict is None or conflict.p_large > LIMIT:
+        return 1.0
+    return math.sqrt(conflict.ratio)
+
+
+def judged(
+    estimate: Estimate[Any], numbers: list[int], planned: int, kept: set[int]
+) -> tuple[float, int | None, float]:
+    """How far the last row is off, the worst row that does not fit, and how far that one is.
+
+    Every row is compared with what the others predict, to first order. `numbers` are those of the
+    rows, and `kept` of those that nobody may doubt any more.
+    """
+    influence = estimate.influence
+    if influence is None:
+        return math.nan, None, math.nan
+    off = np.asarray(influence.residual)
+    squares = np.where(np.isfinite(off), off, 0.0) ** 2 * estimate.conditions
+    level = _FALSE / max(_FEWEST, 2 * planned)
+    shares: dict[int, float] = {}
+    for place, number in enumerate(numbers):
+        count = int(estimate.conditions[place])
+        if number not in kept and count:
+            p = _core.chi_square_tail(float(squares[place]), count)
+            shares[place] = p / (level if place == len(numbers) - 1 else level / _OLDER)
+    far = [place for place, share in shares.items() if share < 1]
+    last = float(off[-1])
+    if not far:
+        return last, None, math.nan
+    # Rows that did fit until the last one came are made unlike by that one.
+    worst = (
+        len(numbers) - 1 if len(numbers) - 1 in far else max(far, key=lambda each: squares[each])
+    )
+    return last, numbers[worst], float(off[worst])
+
+
+def slipped_from(estimate: Estimate[Any], *, shaken: bool) -> int | None:
+    """The line of the table from which on there is a step, if one is plain.
+
+    `shaken` is whether a row that was repeated has shown already that something is.
+    """
+    if not shaken and len(estimate.measurements.poses) < _SLIPPED:
+        return None
+    limit = 1.0 if shaken else _SLIP
+    steps = [
+        test
+        for test in change_tests(estimate)
+        if test.what == "step" and test.p_value < limit * test.limit
+    ]
+    return min(steps, key=lambda each: each.p_value).row if steps else None
+
+
+def edits_of(row: Mapping[str, float], robot: Mechanism) -> Iterator[tuple[str, dict[str, float]]]:
+    """What may have gone wrong with a row: another unit, a sign, two legs exchanged."""
+    readings = [name for name in row if name.startswith("psi_")]
+    others: dict[str, list[str]] = {"m": [], "rad": []}
+    for name in row:
+        unit = name.rpartition("_")[2]
+        if name not in readings and unit in others:
+            others[unit].append(name)
+    groups = [("readings", readings, robot.reading_unit)]
+    groups += [(", ".join(each.rpartition("_")[0] for each in names), names, unit)
+               for unit, names in others.items() if names]  # fmt: skip
+    groups += [(name.rpartition("_")[0], [name], name.rpartition("_")[2]) for name in row]
+    factors = {
+        "m": (("mm", 1e-3), ("m", 1e3)),
+        "rad": (("degrees", _DEGREES), ("radians", 1 / _DEGREES)),
+    }
+    for what, names, unit in groups:
+        for called, factor in factors.get(unit, ()):
+            yield f"{what} in {called}", {**row, **{name: factor * row[name] for name in names}}
+    for name in row:
+        yield f"{name.rpartition('_')[0]} with the other sign", {**row, name: -row[name]}
+    for i, first in enumerate(readings):
+        for second in readings[i + 1 :]:
+            swapped = {first: row[second], second: row[first]}
+            legs = " and ".join(each.split("_")[1] for each in (first, second))
+            yield f"the readings of legs {legs} exchanged", {**row, **swapped}

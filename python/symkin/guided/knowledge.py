@@ -1,0 +1,220 @@
+# SPDX-License-Identifier: MIT
+"""What the lines of a session say of the robot, computed once for so many of them."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any, Literal
+
+from symkin import _core
+from symkin.data.tries import DROPPED
+from symkin.errors import SymkinError
+from symkin.estimate.estimate import Estimate
+from symkin.estimate.identification import identify
+from symkin.estimate.precision import expected_over
+from symkin.guided.checks import Verdict, edits_of, judged, slipped_from, tolerances_factor
+from symkin.guided.choosing import not_known
+from symkin.guided.tries_table import KEPT, SLIPPED, TriesTable
+from symkin.model.mechanism import Mechanism
+from symkin.model.settings import Tolerances
+
+__all__ = ["TAKEN_AS", "Knowledge", "Known"]
+
+TAKEN_AS = "taken as "  # begins the remark of a row that was put right
+_LOOKED_AT = 6  # rows, from the last, of which one may keep all others from being fitted
+_TRIED = 3  # edits, the most likely ones, that are fitted
+_FITS = 0.01  # probability of a repeat that the other rows explain
+
+
+@dataclasses.dataclass(frozen=True)
+class Known:
+    """What so many lines say.
+
+    Attributes
+    ----------
+    robot : Mechanism
+        The drawing, its tolerances as they count, and what is unknown of it: what `identify` takes.
+    estimate : Estimate or None
+        None where there is none, and
+    failure : str
+        why.
+    tolerances : float
+        Times the drawing's tolerances count.
+    """
+
+    robot: Mechanism
+    estimate: Estimate[Any] | None = None
+    failure: str = ""
+    tolerances: float = 1.0
+
+
+class Knowledge:
+    """Estimates and verdicts by the number of lines that they are of."""
+
+    def __init__(
+        self,
+        robot: Mechanism,
+        table: TriesTable,
+        confidence: float,
+        noise: Literal["estimate"] | None,
+        least: int,
+    ) -> None:
+        self._robot, self._table, self._least = robot, table, least
+        self._how: dict[str, Any] = {"confidence": confidence, "noise": noise}
+        self._known: dict[int, Known] = {}
+        self._verdicts: dict[int, Verdict] = {}
+
+    def forget(self) -> None:
+        """Lines that were known are taken back."""
+        self._known.clear()
+        self._verdicts.clear()
+
+    def of(self, count: int) -> Known:
+        """By the first lines."""
+        if count not in self._known:
+            self._known[count] = self._by(count)
+        return self._known[count]
+
+    @property
+    def repaired(self) -> bool:
+        """Whether rows were put right, so that more is asked of the rest."""
+        as_other = any(each["remark"].startswith(TAKEN_AS) for each in self._table.lines)
+        return as_other or bool(self._table.said(DROPPED, SLIPPED))
+
+    def bounds(self, known: Known, confidence: float) -> tuple[dict[str, float], str]:
+        """What such robots keep, by name, m and rad; and why that is not known."""
+        if known.estimate is None:
+            return not_known(), known.failure
+        try:
+            poses = expected_over(known.estimate.mechanism)
+            found = known.estimate.expected_accuracy(poses, confidence)
+        except SymkinError as error:  # as of a row that no robot can have
+            return not_known(), str(error)
+        return {"position": found.position_bound, "orientation": found.orientation_bound}, ""
+
+    def verdict(self, planned: int) -> Verdict | None:
+        """What the last row and those before it say; None before the first."""
+        count, rows = len(self._table.lines), self._table.counting
+        if not rows:
+            return None
+        if count not in self._verdicts:
+            self._verdicts[count] = self._judged(count, rows, len(rows) + planned)
+        return self._verdicts[count]
+
+    def _by(self, count: int, without: tuple[int, ...] = ()) -> Known:
+        slipped = self._table.said(SLIPPED, upto=count)
+        steps = tuple(str(self._table.place(number) + 2) for number in slipped)
+        robot = self._with(step=steps) if steps else self._robot
+        try:
+            measured = self._table.measurements(robot, count, without)
+            if measured is None or len(measured.poses) < self._least:
+                return Known(robot)
+            found = identify(robot, measured, **self._how)
+            factor = tolerances_factor(found, len(measured.poses))
+            if factor > 1:
+                tolerances = {
+                    name: factor * value for name, value in vars(robot.tolerances).items()
+                }
+                robot = robot.replace(tolerances=Tolerances(**tolerances))
+                found = identify(robot, measured, **self._how)
+        except SymkinError as error:
+            return Known(robot, failure=str(error))
+        if not found.converged:
+            return Known(robot, failure=found.failure)
+        return Known(robot, found, tolerances=factor)
+
+    def _with(self, **changes: Any) -> Mechanism:
+        settings = self._robot.identification
+        assert settings is not None
+        return self._robot.replace(identification=dataclasses.replace(settings, **changes))
+
+    def _judged(self, count: int, rows: list[int], planned: int) -> Verdict:
+        numbers = [self._table.number(place) for place in rows]
+        last, known = rows[-1], self.of(count)
+        again, kept = self._table.lines[last]["repeat_of"], set(self._table.said(KEPT, SLIPPED))
+        decided = ""
+        if again.isdigit() and int(again) in numbers and not {int(again), numbers[-1]} & kept:
+            decided = self._decided(count, self._table.place(int(again)), last, planned)
+        if decided:
+            return Verdict(numbers[-1], math.nan, int(again), decided=decided)
+        if known.estimate is None:
+            for place in rows[: -_LOOKED_AT - 1 : -1]:
+                before = self._by(count, (place,))
+                if before.estimate is not None:
+                    number = self._table.number(place)
+                    return self._explained(Verdict(numbers[-1], math.inf, number), count, before)
+            return Verdict(numbers[-1], math.nan)
+        shaken = bool(self._table.said(KEPT)) and not self._table.said(SLIPPED)
+        off, doubtful, size = judged(known.estimate, numbers, planned, kept)
+        made = Verdict(numbers[-1], off, doubtful, size, tolerances=known.tolerances)
+        if doubtful is not None and not shaken:
+            before = self._by(count, (self._table.place(doubtful),))
+            return self._explained(made, count, before)
+        slipped = slipped_from(known.estimate, shaken=shaken)
+        first = None if slipped is None else self._table.number(slipped - 2)
+        return dataclasses.replace(made, doubtful=None, slipped=first)
+
+    def _decided(self, count: int, place: int, again: int, planned: int) -> str:
+        """Whether a row that was doubted is wrong, now that its pose was measured again."""
+        first = self._by(count, (again,))
+        rows = [each for each in self._table.counting if each != again]
+        if first.estimate is not None:
+            numbers = [self._table.number(each) for each in rows]
+            if judged(first.estimate, numbers, planned, set())[1] != self._table.number(place):
+                return ""
+        return "row" if self._fits(self._by(count, (place,)), count, (place, again)) else "robot"
+
+    def _fits(self, known: Known, count: int, without: tuple[int, ...]) -> bool:
+        """Whether a fit is no worse than noise makes it by what the other one does without."""
+        other = self._by(count, without)
+        return _chance(known.estimate, other.estimate) > _FITS
+
+    def _explained(self, verdict: Verdict, count: int, before: Known) -> Verdict:
+        """Look for the slip of hand that makes the doubtful row fit."""
+        if verdict.doubtful is None or before.estimate is None:
+            return verdict
+        place, passing = self._table.place(verdict.doubtful), []
+        for what, edited in self._likely(count, place, before):
+            try:
+                measured = self._table.measurements(before.robot, count, edited={place: edited})
+                assert measured is not None
+                found = identify(before.robot, measured, **self._how)
+            except SymkinError:
+                continue
+            if _chance(found, before.estimate) > _FITS:
+                passing.append((what, edited))
+        if len(passing) != 1:
+            return verdict
+        return dataclasses.replace(verdict, likely=passing[0][0], edited=passing[0][1])
+
+    def _likely(
+        self, count: int, place: int, before: Known
+    ) -> Iterator[tuple[str, Mapping[str, float]]]:
+        """The edits of a row that the robot, as known without it, explains best."""
+        row, rows = self._table.values(place), self._table.counting
+        others = [each for each in rows if each != place]
+        scored: dict[tuple[float, ...], tuple[float, str, dict[str, float]]] = {}
+        assert before.estimate is not None
+        for what, edited in edits_of(row, self._robot):
+            try:
+                alone = self._table.measurements(
+                    before.robot, count, others, edited={place: edited}
+                )
+                assert alone is not None
+                misfit = float(before.estimate.predicting(alone).chi_square_data)
+            except SymkinError:
+                continue
+            scored.setdefault(tuple(edited.values()), (misfit, what, edited))
+        best = sorted(scored.values(), key=lambda each: each[0])[:_TRIED]
+        yield from ((what, edited) for _, what, edited in best)
+
+
+def _chance(found: Estimate[Any] | None, without: Estimate[Any] | None) -> float:
+    """Probability that sound rows worsen a fit by as much as these did."""
+    if found is None or without is None or not found.converged:
+        return 0.0
+    more = int(found.conditions.sum() - without.conditions.sum())
+    worse = max(found.chi_square - without.chi_square, 0.0)
+    return _core.chi_square_tail(worse, more) if more > 0 else 0.0
