@@ -159,6 +159,7 @@ class Robot(Mechanism):
         step: Sequence[str | int] | str | int | None = None,
         growth: bool | None = None,
         backlash: bool | None = None,
+        sessions: Sequence[str] | None = None,
         confidence: float = CONFIDENCE,
     ) -> Estimate[Self]:
         """Return `symkin.identify` from measurements, with it as the nominal mechanism."""
@@ -185,6 +186,7 @@ class Robot(Mechanism):
             step=step,
             growth=growth,
             backlash=backlash,
+            sessions=sessions,
             confidence=confidence,
         )
 

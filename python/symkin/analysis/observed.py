@@ -143,7 +143,13 @@ class Observed:
             plane=given.plane if level and given.plane else self.plane,
         )
 
-    def measure(self, taken: Measurements, noise: NoiseSettings, seed: int) -> Measurements:
+    def measure(
+        self,
+        taken: Measurements,
+        noise: NoiseSettings,
+        seed: int,
+        times: Array | float = 1.0,
+    ) -> Measurements:
         """Measure poses and readings that are exact.
 
         Parameters
@@ -154,6 +160,8 @@ class Observed:
             Standard deviations.
         seed : int
             Of the noise, and of what is missing.
+        times : ndarray, shape (N,), or float
+            As large as that the noise of each row is, whatever is said of it.
 
         Raises
         ------
@@ -179,7 +187,8 @@ class Observed:
             own = np.broadcast_to(np.asarray(deviation), shape) * factor
             if self.spread:
                 deviations[OBSERVABLES[name].deviations] = own
-            return np.asarray(own * random.normal(size=shape))
+            larger = np.reshape(times, (-1, *[1] * (len(shape) - 1)))
+            return np.asarray(own * larger * random.normal(size=shape))
 
         poses = _pose_array(space, seen, errors("poses", (rows, dof)))
         if not {"pose", "position"}.intersection(self.kinds):

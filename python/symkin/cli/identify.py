@@ -43,6 +43,7 @@ from symkin.cli.options import (
     share_of,
     with_sensor_table,
 )
+from symkin.data.joining import joined
 from symkin.estimate import Estimate
 from symkin.estimate.fleet import fleet_of_files, identify_robots
 from symkin.model.mechanism import require_same_shape
@@ -65,8 +66,11 @@ def identify(
     *,
     mechanism: MechanismArgument,
     measurements: Annotated[
-        Path,
-        typer.Argument(metavar="MEASUREMENTS", help="Measured poses and readings: CSV or Parquet."),
+        list[Path],
+        typer.Argument(
+            metavar="MEASUREMENTS...",
+            help="Measured poses and readings, CSV or Parquet; several files are one session each.",
+        ),
     ],
     columns: ColumnsOption = None,
     ignore: IgnoreOption = None,
@@ -146,10 +150,13 @@ def identify(
         nominal = with_sensor_table(symkin.load_mechanism(mechanism), sensor_table)
         nominal = by.on(nominal, estimates=True)
         mapping = columns_of(columns)
-        measured = symkin.read_measurements(measurements, nominal, mapping, ignore=ignore or ())
+        measured = joined([
+            symkin.read_measurements(each, nominal, mapping, ignore=ignore or ())
+            for each in measurements
+        ])  # fmt: skip
         if printed is not None:
             measured = with_printed_length(nominal, measured, printed_length_of(printed))
-        inputs = [*nominal.files, measurements, columns, sensor_table]
+        inputs = [*nominal.files, *measurements, columns, sensor_table]
         with OutputFiles(inputs, overwrite) as outputs:
             target = outputs.folder(out, *telling.of_files(Estimate.FILES)) if out else None
             stage("identifying")

@@ -310,6 +310,7 @@ class Unknown:
     growth: Annotated[bool | None, of("growth", "--growth")] = None
     backlash: Annotated[bool | None, of("backlash", "--backlash")] = None
     assume: Annotated[list[str] | None, of("assume")] = None
+    sessions: Annotated[list[str] | None, of("sessions")] = None
 
     def arguments(self) -> Unknowns:
         """Read it, as arguments of `identify`."""
@@ -326,6 +327,7 @@ class Unknown:
             "growth": self.growth,
             "backlash": self.backlash,
             "assume": assumed_of(several_of(self.assume)),
+            "sessions": several_of(self.sessions),
         }
 
 

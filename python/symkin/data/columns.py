@@ -7,7 +7,7 @@ import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,6 +38,7 @@ _MOST = 1e12
 _QUATERNION_NORM_TOLERANCE = 1e-3
 # How like a column's name is to a coordinate's that it is taken for a slip of the pen.
 _MISSPELT = 0.8
+_MOST_SESSIONS = 10**6
 
 
 def check_columns(
@@ -470,7 +471,7 @@ def read_observed(
     return found
 
 
-def read_circumstances(table: Table, leg_count: int) -> dict[str, _Array]:
+def read_circumstances(table: Table, leg_count: int) -> dict[str, NDArray[Any]]:
     """Return what is known of the rows beside, of the optional attributes of `Measurements`.
 
     Raises
@@ -478,8 +479,11 @@ def read_circumstances(table: Table, leg_count: int) -> dict[str, _Array]:
     MeasurementError
         For a leg without a column beside one that has one, and an empty cell.
     """
-    found: dict[str, _Array] = {}
+    found: dict[str, NDArray[Any]] = {}
     for name, each in CIRCUMSTANCES.items():
+        if each.column in table.names and each.counts:
+            found[name] = table.whole_numbers(each.column, 0, _MOST_SESSIONS)
+            continue
         if each.column in table.names:
             values = table.numbers(each.column)
             found[name] = np.repeat(values[:, None], leg_count, axis=1) if each.by_leg else values

@@ -53,6 +53,7 @@ class MeasuredRows(Result):
     commanded: NDArray[np.float64] | None = None
     times: NDArray[np.float64] | None = None
     temperatures: NDArray[np.float64] | None = None
+    sessions: NDArray[np.intp] | None = None
     approaches: NDArray[np.float64] | None = None
     sensor_table: SensorTable | None = field(private=True, default=None)
     unread: tuple[str, ...] = field(compare=False, default=())
@@ -150,12 +151,13 @@ class MeasuredRows(Result):
         for name, each in CIRCUMSTANCES.items():
             if getattr(self, name) is None:
                 continue
-            make_arrays(self, **{name: (1 + each.by_leg, "float")})
+            make_arrays(self, **{name: (1 + each.by_leg, "int" if each.counts else "float")})
             values = getattr(self, name)
             shape = self.readings.shape if each.by_leg else self.readings.shape[:1]
             if values.shape != shape:
                 raise MeasurementError(f"{name} have shape {values.shape}; expected {shape}")
             right = np.isin(values, each.values) if each.values else np.isfinite(values)
+            right &= values >= 0 if each.counts else True
             wrong = ~_flat(right).all(axis=1)
             if wrong.any():
                 expected = ", ".join(f"{value:g}" for value in each.values) or "a number"

@@ -73,6 +73,8 @@ class Measurements(MeasuredRows):
         When the rows were measured, s; without them one follows the other in their order.
     temperatures : ndarray, shape (N,), or None
         Of the robot, degrees Celsius.
+    sessions : ndarray of int, shape (N,), or None
+        In which session each row was measured, by numbers from 0.
     approaches : ndarray, shape (N, legs), or None
         From which side each leg came to rest: 1 where its reading rose, -1 where it fell, 0 where
         nobody knows; without them the readings before tell.

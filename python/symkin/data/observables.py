@@ -165,6 +165,8 @@ class Circumstance:
         Whether every leg has one, which a table may give all by one column without a number.
     values : tuple of float
         What it may be; empty for any number.
+    counts : bool
+        Whether it is a whole number, from 0.
     """
 
     name: str
@@ -172,6 +174,7 @@ class Circumstance:
     column: str
     by_leg: bool = False
     values: tuple[float, ...] = ()
+    counts: bool = False
 
     def columns(self, legs: int) -> list[str]:
         """Columns that symkin writes."""
@@ -183,6 +186,7 @@ CIRCUMSTANCES: Mapping[str, Circumstance] = {
     for each in (
         Circumstance("times", "time", "time_s"),
         Circumstance("temperatures", "temperature", "temperature_c"),
+        Circumstance("sessions", "session", "session", counts=True),
         Circumstance("approaches", "approach", "approach", by_leg=True, values=(-1.0, 0.0, 1.0)),
     )
 }

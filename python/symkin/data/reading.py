@@ -7,7 +7,7 @@ import itertools
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields, replace
-from typing import Protocol, cast
+from typing import Any, Protocol, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +26,7 @@ from symkin.data.columns import (
     read_pose_values,
     stated_units,
 )
+from symkin.data.joining import joined
 from symkin.data.measurements import ALL_LEGS, Measurements
 from symkin.data.observables import OBSERVABLES
 from symkin.data.sensor_tables import read_straight_readings
@@ -54,8 +55,9 @@ class HoldsMeasurements(Protocol):
         """They."""
 
 
-# What people have of measurements.
+# What people have of measurements; of several sessions one each.
 Measured = Measurements | HoldsMeasurements | TableSource
+MeasuredSessions = Measured | Sequence[Measured]
 
 # A wrong unit leaves closures as large as the legs; an uncalibrated mechanism, a few percent.
 _POOR_FIT = 0.05
@@ -115,13 +117,13 @@ def read_measurements(
     return _measurements_of(table, mechanism, columns, ignore)
 
 
-def as_measurements(measured: Measured, mechanism: Mechanism) -> Measurements:
+def as_measurements(measured: MeasuredSessions, mechanism: Mechanism) -> Measurements:
     """Return measurements of a mechanism from whatever holds them.
 
     Parameters
     ----------
     measured : Measurements, Simulation, or what `read_measurements` reads
-        A path, a stream, a DataFrame or a dict of columns.
+        A path, a stream, a DataFrame or a dict of columns; or a list of them, a session each.
     mechanism : Mechanism
         See `read_measurements`.
 
@@ -132,6 +134,10 @@ def as_measurements(measured: Measured, mechanism: Mechanism) -> Measurements:
     """
     if isinstance(measured, Measurements):
         return measured
+    if isinstance(measured, list | tuple):
+        if not measured:
+            raise MeasurementError("the measurements are an empty list; expected one or more")
+        return joined([as_measurements(each, mechanism) for each in measured])
     held = getattr(measured, "measurements", None)
     if isinstance(held, Measurements):
         return held
@@ -206,7 +212,7 @@ def _measurements_of(
     check_columns(columns, mechanism.pose_space, len(mechanism.legs), mechanism.reading_unit)
     space, legs = mechanism.pose_space, len(mechanism.legs)
     values = read_pose_values(table, columns, space)
-    others = read_observed(table, columns, space, legs, mechanism.reading_unit)
+    others: dict[str, Any] = {**read_observed(table, columns, space, legs, mechanism.reading_unit)}
     if others.get("commanded") is not None:
         others["commanded"] = from_drawing(mechanism, others["commanded"])
     others |= read_circumstances(table, legs)

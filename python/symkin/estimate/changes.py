@@ -19,7 +19,14 @@ from symkin.model.core_setup import Slopes
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import frame, rotations_from_vectors
 
-__all__ = ["Changes", "at_rest", "changed_observations", "changed_poses", "slopes_found"]
+__all__ = [
+    "Changes",
+    "at_rest",
+    "changed_observations",
+    "changed_poses",
+    "in_last_session",
+    "slopes_found",
+]
 
 Array = NDArray[np.float64]
 
@@ -30,6 +37,7 @@ class Changes:
 
     covariates: tuple[Covariate, ...]
     slopes: Slopes
+    noise: Array | float = 1.0  # of every row, as so many times the declared one
 
     @property
     def of_legs(self) -> list[Covariate]:
@@ -56,6 +64,18 @@ def slopes_found(found: Found, covariates: tuple[Covariate, ...]) -> Slopes:
     return slopes
 
 
+def in_last_session(found: Found, measured: Measurements) -> Measurements:
+    """What would have been measured in the last session, of other rows of the same sessions."""
+    every = found.options.covariates(found.nominal, measured)
+    covariates = tuple(each for each in every if each.name.startswith("session"))
+    if not covariates:
+        return measured
+    slopes = slopes_found(found, covariates)
+    back = Changes(covariates, slopes._replace(legs=-slopes.legs))
+    base = found.mechanism.frames.base if found.mechanism.frames else ()
+    return changed_observations(measured, base, back, back=True)
+
+
 def at_rest(found: Found) -> Measurements:
     """What would have been measured had nothing changed, to first order in the changes."""
     measured = found.measurements
@@ -63,10 +83,10 @@ def at_rest(found: Found) -> Measurements:
     if not covariates:
         return measured
     slopes = slopes_found(found, covariates)
-    back = Changes(covariates, slopes._replace(legs=-slopes.legs, base=-slopes.base))
+    back = Changes(covariates, slopes._replace(legs=-slopes.legs))
     robot = found.mechanism
     base = robot.frames.base if robot.frames else ()
-    measured = changed_observations(measured, base, back)
+    measured = changed_observations(measured, base, back, back=True)
     growths = _growths(back)
     if growths is None:
         return measured
@@ -117,9 +137,12 @@ def changed_poses(actual: Mechanism, taken: Measurements, changes: Changes) -> M
 
 
 def changed_observations(
-    measured: Measurements, base: tuple[float, ...], changes: Changes
+    measured: Measurements, base: tuple[float, ...], changes: Changes, *, back: bool = False
 ) -> Measurements:
-    """What sensors and the device show that have changed; `base` is where it was at first."""
+    """What sensors and the device show that have changed; `base` is where it was at first.
+
+    With `back`, what a device would have shown that had not moved so.
+    """
     readings = measured.readings.copy()
     for k, each in enumerate(changes.of_legs):
         if each.of == "reading":
@@ -129,7 +152,7 @@ def changed_observations(
     measured = replace(measured, readings=readings)
     if not changes.of_base:
         return measured
-    if measured.distances is not None:
+    if measured.distances is not None and changes.slopes.base.any():
         raise SymkinError(
             "distances are measured from fixed points; let a step or a drift move legs, or observe "
             "something else"
@@ -138,12 +161,15 @@ def changed_observations(
                       changes.slopes.base)  # fmt: skip
     size = measured.space.size
     centre = frame(measured.pose_space, base).translation
+    if back:
+        moves[:, 3:] *= -1
     turns = rotations_from_vectors(moves[:, 3:])
+    before, after = (moves[:, :3], 0.0) if back else (0.0, moves[:, :3])
 
     def moved(places: Array) -> Array:
         arms = np.zeros((len(places), 3))
         arms[:, :size] = places - centre[:size]
-        turned = np.einsum("nij,nj->ni", turns, arms) + centre + moves[:, :3]
+        turned = np.einsum("nij,nj->ni", turns, arms - before) + centre + after
         return np.asarray(turned[:, :size])
 
     poses = measured.poses.copy()

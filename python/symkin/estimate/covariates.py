@@ -9,7 +9,7 @@ or the base in the frame of the measuring device.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
 import numpy as np
@@ -28,7 +28,9 @@ __all__ = [
     "clock",
     "covariates_of",
     "last_moves",
+    "last_session",
     "observations_of",
+    "sessions_of",
     "slopes_of",
     "step_at",
     "steps_of",
@@ -52,12 +54,16 @@ class Covariate:
         The column.
     per : str
         Unit of the column; empty for a number.
+    is_reference : bool
+        Whether others are compared with it: its slopes are held at zero unless `free` names them or
+        a prior says how large they are.
     """
 
     name: str
     of: Literal["reading", "lengths", "base"]
     values: Array
     per: str = ""
+    is_reference: bool = False
 
 
 def covariates_of(
@@ -68,17 +74,20 @@ def covariates_of(
     step: Sequence[str] = (),
     growth: bool = False,
     backlash: bool = False,
+    sessions: Sequence[str] = (),
 ) -> tuple[Covariate, ...]:
     """Lay out what may change; the arguments are those of `identify`.
 
     Time goes from -1/2 to 1/2, so that the robot is as in the middle, and a drift is the change
     from end to end. Before a step it is -1, then 0: the robot is as after it. A temperature counts
-    from its mean. A backlash is half of it to either side.
+    from its mean. A backlash is half of it to either side. Of a session it is 1 in its own rows,
+    and the robot is as in the last one.
 
     Raises
     ------
     SymkinError
-        For a step at no row, or before all; a growth of a robot without lengths.
+        For a step at no row, or before all; a growth of a robot without lengths; fewer than two
+        sessions.
     """
     legs = len(mechanism.legs)
 
@@ -102,7 +111,36 @@ def covariates_of(
         found.append(Covariate("growth", "lengths", np.repeat(column[:, None], legs, axis=1), per))
     if backlash:
         found.append(Covariate("backlash", "reading", last_moves(mechanism, measurements) / 2))
+    for what in ("leg", "frame"):
+        if {"leg": "offsets", "frame": "frames"}[what] in sessions:
+            for number, rows in sessions_of(measurements).items():
+                each = moving(f"session{number}", what, rows.astype(float))
+                found.append(replace(each, is_reference=bool(number == last_session(measurements))))
     return tuple(found)
+
+
+def sessions_of(measurements: Measurements) -> dict[int, NDArray[np.bool_]]:
+    """Which rows were measured in each session, by its number.
+
+    Raises
+    ------
+    SymkinError
+        Where there are not several.
+    """
+    given = measurements.sessions
+    numbers = [] if given is None else np.unique(given).tolist()
+    if len(numbers) < 2:
+        one = f"; all rows are of session {numbers[0]}" if numbers else ""
+        raise SymkinError(
+            "sessions need rows of two at least, by a column session (1, 2, ...) or a file for "
+            f"each{one}"
+        )
+    return {number: np.asarray(given == number) for number in numbers}
+
+
+def last_session(measurements: Measurements) -> int:
+    """The session that others are compared with: that of the largest number."""
+    return max(sessions_of(measurements))
 
 
 def steps_of(given: Sequence[str | int] | str | int | None) -> tuple[str, ...] | None:

@@ -15,6 +15,7 @@ from symkin.analysis.evaluation import Evaluation, at_arm, closures_of, pose_dif
 from symkin.analysis.reflectors import own_poses, whole
 from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError
+from symkin.estimate.changes import in_last_session
 from symkin.estimate.evidence.corrections import explained
 from symkin.estimate.fit import by_leg
 from symkin.estimate.options import EstimateOptions
@@ -119,13 +120,14 @@ def cross_validation_of(
         with without_part(fold, folds), refused:
             found = (by_leg if legs else together)(mechanism, part, options)
         converged &= found.converged
+        there = in_last_session(found, measurements)
         if not legs:
-            left = settled(found.mechanism, found.noise, measurements.subset(unseen))
+            left = settled(found.mechanism, found.noise, there.subset(unseen))
             _add_squares(squares, Rows.of(left.fit()), mechanism)
-            own[unseen], arm = own_poses(found.mechanism, measurements.subset(unseen))
+            own[unseen], arm = own_poses(found.mechanism, there.subset(unseen))
         full = unseen[whole(own[unseen])]
         kept = full[read[full]]
-        there = dataclasses.replace(measurements, poses=own)
+        there = dataclasses.replace(there, poses=own)
         residuals[full] = closures_of(found.mechanism, there.subset(full))
         if len(kept):
             by_origin = pose_differences(found.mechanism, there.subset(kept))

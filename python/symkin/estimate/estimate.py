@@ -105,6 +105,9 @@ class Estimate(Examined[M], FolderResult):
     assumed : tuple of Assumed
         What was declared of what is held or assumed (`identify`'s `assume`), and how far it moves
         the estimates; `covariance` contains it, `observed_covariance` does not.
+    session_noise : tuple of float
+        Times the declared noise, of each session in the order of their numbers, if that was asked
+        for; `measurements` have these deviations then.
     cross_validation : CrossValidation or None
         If it was asked for, see `cross_validated`.
     """
@@ -176,7 +179,7 @@ class Estimate(Examined[M], FolderResult):
                 "notes": plain(self.notes),
                 "params": {each.name: _without_name(each) for each in self.unknowns},
                 **found,
-                "noise_is_estimated": self.options.noise == "estimate",
+                "noise_is_estimated": self.noise_is_estimated,
                 "frames": plain(self.frames),
                 "sensor_curvature": plain(self.mechanism.curvature),
                 "legs": [

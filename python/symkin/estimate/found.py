@@ -208,6 +208,12 @@ class Found(Value, Generic[M]):
     noise_factor: float = 1.0
     conflict_factor: float = 1.0
     assumed: tuple[Assumed, ...] = ()
+    session_noise: tuple[float, ...] = ()
+
+    @property
+    def noise_is_estimated(self) -> bool:
+        """Whether it was, of all observations or of every session."""
+        return self.options.noise == "estimate" or bool(self.session_noise)
 
     @property
     def observed_covariance(self) -> Array:
@@ -341,7 +347,7 @@ class Found(Value, Generic[M]):
     @property
     def noise_degrees(self) -> float:
         """Degrees of freedom of the noise that the deviations rest on; infinite if declared."""
-        if self.options.noise == "estimate" and self.degrees_of_freedom > 0:
+        if self.noise_is_estimated and self.degrees_of_freedom > 0:
             return min(self.student_degrees, self.degrees_of_freedom)
         return self.student_degrees
 

@@ -15,7 +15,7 @@ from symkin.analysis.probing import is_marked, is_probed, refuse_commanded, with
 from symkin.analysis.promises import CONFIDENCE
 from symkin.analysis.reflectors import is_tracked, with_tracking_defaults
 from symkin.data.measurements import Measurements
-from symkin.data.reading import Measured, as_measurements
+from symkin.data.reading import MeasuredSessions, as_measurements
 from symkin.errors import SymkinError
 from symkin.estimate.covariates import steps_of
 from symkin.estimate.cross_validation import CrossValidation, cross_validation_of
@@ -44,7 +44,7 @@ Nominal = TypeVar("Nominal", bound=Mechanism, default=Mechanism)
 @checks()
 def identify(
     mechanism: Nominal | str | os.PathLike[str],
-    measurements: Measured,
+    measurements: MeasuredSessions,
     estimator: Estimator | None = None,
     *,
     poses: PoseUse = "all",
@@ -66,6 +66,7 @@ def identify(
     step: Sequence[str | int] | str | int | None = None,
     growth: bool | None = None,
     backlash: bool | None = None,
+    sessions: Sequence[str] | None = None,
     confidence: float = CONFIDENCE,
 ) -> Estimate[Nominal]:
     """Identify what is unknown of a robot from what was observed of it.
@@ -83,7 +84,7 @@ def identify(
         `free` to `assume`.
     measurements : Measurements, Simulation, or what `read_measurements` reads
         Leg by leg, at least as many poses for a leg as it has parameters. A path, a DataFrame or a
-        dict of columns is read first.
+        dict of columns is read first. Several of them in a list are one session each.
     estimator : {"implicit", "paper", "inverse", "joint"}, optional
         Whitened closures per leg; the paper's Gauss-Newton on g - psi per leg (Eqs. 15, 24-26); the
         same cost by Levenberg-Marquardt; all legs together, maximum likelihood. By default
@@ -145,6 +146,10 @@ def identify(
     backlash : bool, optional
         Whether each leg may come to rest elsewhere from above than from below: by the measurements'
         `approaches`, or the readings before.
+    sessions : sequence of {"offsets", "frames", "noise"}, optional
+        What every session of the measurements has of its own: the offsets of the sensors and where
+        the base is to the measuring device, as so much more than in the last session, as in which
+        the robot is; and its noise, as so many times the declared one, `Estimate.session_noise`.
     confidence : float
         Share of such robots that are within the bounds of `Estimate.expected`.
 
@@ -185,6 +190,7 @@ def identify(
         "step": steps_of(step),
         "growth": growth,
         "backlash": backlash,
+        "sessions": sessions,
     }
     wanted = _wanted(mechanism, measurements, given)
     if noise is None:
@@ -267,7 +273,7 @@ def _needs_joint(
 @checks()
 def cross_validate(
     mechanism: MechanismGiven,
-    measurements: Measured,
+    measurements: MeasuredSessions,
     folds: int = 5,
     seed: int = 1,
     estimator: Estimator | None = None,

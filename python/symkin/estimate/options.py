@@ -10,12 +10,12 @@ from typing import Literal
 
 from symkin.analysis.promises import CONFIDENCE
 from symkin.data.measurements import Measurements
-from symkin.errors import one_of
+from symkin.errors import SymkinError, one_of
 from symkin.estimate.covariates import Covariate, covariates_of, steps_of
 from symkin.estimate.unknowns import Gauge, LossPer, Priors, Sensor
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import NoiseSettings
-from symkin.options import Estimator, Loss, Moving, PoseUse, flags_of
+from symkin.options import Estimator, Loss, Moving, PoseUse, SessionsOwn, flags_of
 from symkin.values import Value, record
 
 __all__ = ["ROBUST", "EstimateOptions", "Estimator", "Loss", "PoseUse"]
@@ -47,6 +47,7 @@ class EstimateOptions(Value):
     step: tuple[str, ...] = ()
     growth: bool = False
     backlash: bool = False
+    sessions: tuple[str, ...] = ()
     confidence: float = CONFIDENCE
 
     def __post_init__(self) -> None:
@@ -59,13 +60,20 @@ class EstimateOptions(Value):
         if isinstance(self.noise, str):
             one_of("noise", self.noise, ("estimate",))
         object.__setattr__(self, "step", steps_of(self.step))
-        for name in ("free", "fixed", "shared", "tie", "frames", "drift"):
+        for name in ("free", "fixed", "shared", "tie", "frames", "drift", "sessions"):
             value = getattr(self, name)
             if value is not None:
                 many = (value,) if isinstance(value, str) else tuple(value)
                 object.__setattr__(self, name, many)
         for each in self.drift:
             one_of("drift", each, Moving)
+        for each in self.sessions:
+            one_of("sessions", each, SessionsOwn)
+        if "noise" in self.sessions and self.noise == "estimate":
+            raise SymkinError(
+                'noise is "estimate" and of every session; expected one of both: of sessions it is '
+                "estimated as so many times the declared one"
+            )
         super().__post_init__()
 
     def on_command_line(self) -> str | None:
@@ -93,6 +101,7 @@ class EstimateOptions(Value):
             step=self.step,
             growth=self.growth,
             backlash=self.backlash,
+            sessions=self.sessions,
         )
 
     def declared(self, noise: NoiseSettings) -> NoiseSettings:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import math
 from collections.abc import Sequence
@@ -16,13 +17,13 @@ from symkin.analysis.probing import is_marked, ruler
 from symkin.data.measurements import ALL_LEGS, Measurements
 from symkin.data.observables import OBSERVABLES
 from symkin.errors import NotIdentifiableError, SymkinError
-from symkin.estimate.covariates import Covariate, observations_of, slopes_of
+from symkin.estimate.covariates import Covariate, observations_of, sessions_of, slopes_of
 from symkin.estimate.options import EstimateOptions, Loss
 from symkin.estimate.starting import setup_by_points, starting_poses
 from symkin.estimate.unknowns import Layout
 from symkin.model.core_setup import core_setup, setup_with
 from symkin.model.mechanism import Mechanism
-from symkin.model.poses import POSE_SPACES
+from symkin.model.poses import POSE_SPACES, Transform, rotations_from_vectors
 from symkin.model.settings import Frames, NoiseSettings
 from symkin.values import Value, record
 
@@ -171,6 +172,44 @@ class Problem:
         return observations_of(measurements, self.noise, covariates)
 
     def _with_frames(self) -> Problem:
+        """Start free frames and places where the nominal robot's poses put them, by sessions."""
+        if not self._is_free("session"):
+            return self._with_own_frames()
+        rows = sessions_of(self.measurements)
+        started = self._of_rows(rows[max(rows)])._with_own_frames().setup
+        slopes = np.array(started.base_slopes)
+        for k, name in enumerate(started.base_covariates):
+            number = name.removeprefix("session")
+            if number == name or not self._is_free(name):
+                continue
+            own = dataclasses.replace(self._of_rows(rows[int(number)]), setup=started)
+            with contextlib.suppress(NotIdentifiableError):  # too few poses: where the others are
+                slopes[k] = own._moved_base()
+        made = setup_with(started, self.mechanism.straight, base_slopes=slopes)
+        return dataclasses.replace(self, setup=made)
+
+    def _of_rows(self, rows: NDArray[np.bool_]) -> Problem:
+        """The same of some of the rows."""
+        covariates = tuple(
+            dataclasses.replace(each, values=each.values[rows]) for each in self.covariates
+        )
+        some = self.measurements[rows]
+        return dataclasses.replace(self, measurements=some, covariates=covariates)
+
+    def _moved_base(self) -> Array:
+        """How far from the setup's base these rows have it, as a tangent of six."""
+        seen = self.measurements.points
+        if seen is not None and np.isfinite(seen).any():
+            places = np.zeros(len(self.setup.points), dtype=bool)
+            own = (self.mechanism, self.setup, self.measurements, self.noise)
+            found = setup_by_points(*own, base=True, target=False, free=places)
+        else:
+            found = self._with_posed_frames(base=True, target=False).setup
+        before, after = self.setup.base, found.base
+        turn = after.rotation @ before.rotation.T
+        return Transform(turn, after.position - before.position).tangent
+
+    def _with_own_frames(self) -> Problem:
         """Start free frames and places where the nominal robot's poses put them."""
         base, target = self._is_free("base"), self._is_free("target")
         seen = self.measurements.points
@@ -199,7 +238,7 @@ class Problem:
         return any(
             layout.column[i] >= 0 and np.isinf(layout.prior[layout.column[i]])
             for i, name in enumerate(layout.scalars)
-            if name.partition(".")[0].rstrip("0123456789") == block
+            if block in (own := name.partition(".")[0], own.rstrip("0123456789"))
         )
 
     def _with_posed_frames(self, base: bool, target: bool) -> Problem:
@@ -259,7 +298,7 @@ class Problem:
         """
         how = self.options.loss if loss is None else loss
         if start is None:
-            start = starting_poses(self.mechanism, self.setup, self.measurements, self.noise)
+            start = self._starting_poses()
         fit = self._fitted(nearest, how, start)
         unlikely = _unlikely(fit, start) if how == "none" else []
         if unlikely:
@@ -269,6 +308,22 @@ class Problem:
             better = again.goodness.chi_square < fit.goodness.chi_square
             return again if again.converged and better and again.aside == fit.aside else fit
         return fit if fit.failure != _STUCK else self._at_rest(fit, nearest, how, start)
+
+    def _starting_poses(self) -> Array:
+        """Where the latent poses start, by where the base is in each row."""
+        setup, measured = self.setup, self.measurements
+        columns = [each.values for each in self.covariates if each.of == "base"]
+        moves = np.column_stack(columns or [np.zeros((len(measured), 0))]) @ setup.base_slopes
+        poses = np.full(measured.poses.shape, np.nan)
+        different, group = np.unique(moves, axis=0, return_inverse=True)
+        turns = rotations_from_vectors(different[:, 3:])
+        for k, (move, turn) in enumerate(zip(different, turns, strict=True)):
+            rows = np.flatnonzero(group.ravel() == k)
+            base = _core.Frame(setup.base.position + move[:3], turn @ setup.base.rotation)
+            there = setup_with(setup, self.mechanism.straight, base=base)
+            own = measured.subset(rows) if len(different) > 1 else measured
+            poses[rows] = starting_poses(self.mechanism, there, own, self.noise)
+        return poses
 
     def _at_rest(
         self, stuck: _core.JointFit, nearest: bool, loss: Loss, start: Array
@@ -441,6 +496,7 @@ def layout_of(
         sensor=options.sensor,
         largest_readings=_largest_readings(mechanism, readings),
         per={each.name: each.per for each in covariates},
+        reference=[each.name for each in covariates if each.is_reference],
     )
 
 

@@ -28,6 +28,7 @@ from symkin.estimate.found import Found, GoodnessOfFit, Latent
 from symkin.estimate.options import EstimateOptions
 from symkin.estimate.parameters import unknowns_of
 from symkin.estimate.problem import Problem, Rows
+from symkin.estimate.session_noise import noise_of_sessions
 from symkin.model.canonical import canonical
 from symkin.model.core_setup import frames_of, scalar_values
 from symkin.model.file_frames import with_correlations
@@ -48,6 +49,10 @@ def together(mechanism: Mechanism, measurements: Measurements, options: Estimate
         problem, fit, rejected = without_blunders(problem)
     if options.noise == "estimate":
         problem, fit = estimated_noise(problem, fit)
+    session_noise: tuple[float, ...] = ()
+    if "noise" in options.sessions:
+        problem, fit, session_noise = noise_of_sessions(problem, fit)
+        measurements = problem.measurements
     known, assumed = _Known.of(problem, fit), assumed_of(problem, fit)
     total = widened(known.covariance, assumed)
     values, deviations, signs, calibrated = _calibrated(mechanism, problem, fit, total)
@@ -85,6 +90,7 @@ def together(mechanism: Mechanism, measurements: Measurements, options: Estimate
         noise_factor=known.noise_factor,
         conflict_factor=known.conflict_factor,
         assumed=tuple(replace(each, moves=each.moves * signs) for each in assumed),
+        session_noise=session_noise,
     )
 
 

@@ -78,6 +78,7 @@ class Unknowns(TypedDict, total=False):
     growth: bool | None
     backlash: bool | None
     assume: Mapping[str, float | str] | None
+    sessions: Sequence[str] | None
 
 
 def form_of(effects: Array) -> Array:
@@ -151,6 +152,8 @@ class Survey(Value):
     # With the places that the drawing knows; the mechanism itself if that is not said.
     drawn: Mechanism | None = field(private=True, default=None)
     covariates: tuple[Covariate, ...] = field(private=True, default=())
+    # What sessions will have of their own, which nobody knows before and no plan counts.
+    sessions: tuple[str, ...] = ()
 
     @classmethod
     def of(
@@ -175,6 +178,7 @@ class Survey(Value):
         if further:
             raise TypeError(f"unexpected arguments: {', '.join(further)}")
         wanted = with_file_settings(given, mechanism.identification)
+        sessions = tuple(wanted.pop("sessions", ()))
         said = any(each is not None for each in given.values())
         asked = said or mechanism.ties or {*unusual(wanted)} & given.keys()
         if observe is None and not asked:
@@ -201,7 +205,14 @@ class Survey(Value):
         known_places = mechanism.replace(frames=known)
         layout = layout_of(known_places, core_setup(mechanism), options, readings)
         found = cls(
-            observed, layout.names, layout.prior, mechanism, layout, options, drawn=known_places
+            observed,
+            layout.names,
+            layout.prior,
+            mechanism,
+            layout,
+            options,
+            drawn=known_places,
+            sessions=sessions,
         )
         return found.with_datum(poses) if "readings" in observed.kinds else found
 

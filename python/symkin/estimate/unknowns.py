@@ -111,12 +111,14 @@ class Layout(Value):
         sensor: Sensor = "linear",
         largest_readings: Sequence[float] | None = None,
         per: Mapping[str, str] | None = None,
+        reference: Sequence[str] = (),
     ) -> Layout:
         """Lay out what is unknown; the arguments are those of `identify`.
 
         `largest_readings`, of each leg, make a length or an angle comparable with a sensor's
         quadratic term; by default 1 in its unit. `per`, by the names of covariates, are the units
-        of their columns; slopes along them are unknown unless they are fixed.
+        of their columns; slopes along them are unknown unless they are fixed. Of a `reference`
+        they are only where `free` or a prior names them.
 
         Raises
         ------
@@ -140,7 +142,10 @@ class Layout(Value):
         chosen |= names.matching("free", free) if free is not None else names.of_legs
         sorts = _sorts(mechanism, scalars, units)
         slopes = {i for i, name in enumerate(scalars) if per.keys() & {*name.split(".")}}
-        chosen |= slopes
+        named = [*(free or ()), *(prior if isinstance(prior, Mapping) else ())]
+        named = [each for each in named if "session" in each]
+        others = {i for i in slopes if {*scalars[i].split(".")} & {*reference}}
+        chosen = (chosen | slopes) - others | (others & names.matching("free", named))
         shared = [shared] if isinstance(shared, str) else list(shared)
         if "growth" in per:  # of one part as of another
             shared = [*shared, "growth"]

@@ -236,6 +236,7 @@ IDENTIFICATION = table(
         "step": list_of(text(40)),
         "growth": boolean(),
         "backlash": boolean(),
+        "sessions": list_of(choice(*OPTIONS["sessions"].words)),
     }
 )
 _DEVICE = table(

@@ -65,6 +65,7 @@ def setup_with(
     base: _core.Frame | None = None,
     target: _core.Frame | None = None,
     points: Array | None = None,
+    base_slopes: Array | None = None,
 ) -> _core.Setup:
     """Return a setup with this robot in it, and of the rest what is not given as it was."""
     return _core.Setup(
@@ -78,7 +79,7 @@ def setup_with(
         setup.leg_covariates,
         np.array(setup.leg_slopes),
         setup.base_covariates,
-        np.array(setup.base_slopes),
+        np.array(setup.base_slopes if base_slopes is None else base_slopes),
     )
 
 

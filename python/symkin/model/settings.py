@@ -298,6 +298,8 @@ class IdentificationSettings(_Settings):
         See `identify`.
     noise : str or None
         ``"estimate"``.
+    sessions : tuple of str or None
+        Of ``"offsets"``, ``"frames"`` and ``"noise"``.
     """
 
     free: tuple[str, ...] | None = None
@@ -315,6 +317,7 @@ class IdentificationSettings(_Settings):
     growth: bool | None = None
     backlash: bool | None = None
     noise: str | None = None
+    sessions: tuple[str, ...] | None = None
 
     @property
     def unusual(self) -> tuple[str, ...]:

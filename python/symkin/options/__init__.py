@@ -25,6 +25,7 @@ from symkin.options.words import (
     RowKind,
     SelectionMethod,
     Sensor,
+    SessionsOwn,
     Visit,
 )
 
@@ -47,6 +48,7 @@ __all__ = [
     "RowKind",
     "SelectionMethod",
     "Sensor",
+    "SessionsOwn",
     "Visit",
     "checked",
     "checks",

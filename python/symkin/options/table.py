@@ -24,6 +24,7 @@ from symkin.options.words import (
     RowKind,
     SelectionMethod,
     Sensor,
+    SessionsOwn,
     Visit,
 )
 
@@ -137,10 +138,15 @@ _ALL = (
     Option("backlash", bool, seldom=_UNKNOWN,
            help="Each leg may come to rest elsewhere from above than from below (columns "
                 "approach_1 and so on, or the reading before)."),
+    Option("sessions", list[SessionsOwn], metavar="WHAT", seldom=_UNKNOWN,
+           help="What every session (column session, or each of several files) has of its own: "
+                "offsets of the sensors, frames (where the robot stands to the measuring device), "
+                "noise."),
     Option("changes", dict, metavar="NAME=SIZE", objects=True, seldom=_OBSERVING,
            help="What changes while the robot is measured, by the names of the unknowns: "
                 "leg2.drift=1 mrad, drift.x=0.1 mm, leg1.step40=1 mrad, growth=5e-5, "
-                "backlash=0.2 mrad."),
+                "backlash=0.2 mrad, leg1.session1=1 mrad, session1.x=1 mm, session1.noise=2 "
+                "(times as large)."),
     Option("gauge", Gauge, seldom=_UNKNOWN,
            help="What settles combinations that no observation shows: the tolerances as priors; "
                 "the nearest to the drawing; or as few held parameters as will do."),

@@ -22,6 +22,7 @@ __all__ = [
     "RowKind",
     "SelectionMethod",
     "Sensor",
+    "SessionsOwn",
     "Visit",
 ]
 
@@ -43,4 +44,5 @@ PoseUse = Literal["all", "own"]
 RowKind = Literal["paper", "noise_aware"]
 SelectionMethod = Literal["exchange", "sun_hollerbach", "exhaustive", "random", "all"]
 Sensor = Literal["linear", "quadratic", "eccentric"]
+SessionsOwn = Literal["offsets", "frames", "noise"]
 Visit = Literal["there_and_back", "travel", "sets"]

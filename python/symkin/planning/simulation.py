@@ -27,7 +27,7 @@ from symkin.model.tolerances import noise_of, tolerances_of
 from symkin.model.turns import turned_into_table
 from symkin.options import checks
 from symkin.planning.accuracy import set_name
-from symkin.planning.changes import changes_of
+from symkin.planning.changes import changes_of, with_sessions
 from symkin.planning.plan import Plan
 from symkin.planning.plan_files import as_plan
 from symkin.results import Result
@@ -152,7 +152,9 @@ def simulate(
     changes : mapping of str to float or str, optional
         What changes while the poses are taken, in the order of the plan's rows, by the names of the
         unknowns of `identify`: ``{"leg2.drift": "1 mrad", "drift.x": 1e-4, "step40": "1 mrad",
-        "growth": 5e-5, "leg1.backlash": "0.2 mrad"}``.
+        "growth": 5e-5, "leg1.backlash": "0.2 mrad"}``. Names of sessions (``leg2.session1``,
+        ``session1.x``, and ``session1.noise``, as so many times the declared one) make as many of
+        them, one after the other, of as many rows.
 
     Returns
     -------
@@ -202,12 +204,12 @@ def simulate_observed(
         actual = with_usable_home(actual, measurements.poses)
     order = _order_taken(plan, measurements)
     if changes:
-        in_order = measurements.subset(order)
+        in_order = with_sessions(measurements.subset(order), changes)
         what = changes_of(
             mechanism, replace(in_order, row_numbers=measurements.row_numbers), changes
         )
         measurements = changed_poses(actual, in_order, what)
-        measurements = observed.measure(measurements, mechanism.noise, seed)
+        measurements = observed.measure(measurements, mechanism.noise, seed, what.noise)
         measurements = changed_observations(measurements, observed.base or (), what)
     else:
         if not as_usual:

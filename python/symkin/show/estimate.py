@@ -11,6 +11,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from symkin.estimate.covariates import sessions_of
 from symkin.estimate.estimate import Estimate
 from symkin.estimate.evidence.findings import few
 from symkin.estimate.parameters import Unknown
@@ -192,7 +193,7 @@ def _headlines(found: Estimate) -> Iterator[Headline]:
     if found.degrees_of_freedom > 0:
         low, high = (each / found.degrees_of_freedom for each in (found.least, found.limit))
         remark = f"{significant(low)} to {significant(high)} for sound robots"
-        if found.options.noise == "estimate":
+        if found.noise_is_estimated:
             remark = "by construction, since the noise was estimated"
         left_out = {row for row, _ in found.rejected}.union(found.aside)
         if left_out:
@@ -329,7 +330,7 @@ def parameter_section(found: Estimate, actual: Mechanism | None = None) -> Secti
 
 
 def _origin_of_deviations(found: Estimate) -> str:
-    if found.options.noise == "estimate":
+    if found.noise_is_estimated:
         return "from the estimated noise"
     if found.options.loss != "none":
         return "from the residuals that the loss keeps; their errors follow Student's t"
@@ -422,10 +423,17 @@ def _title(block: str) -> str:
             return f"{start.capitalize()} {block.removeprefix(start)}"
     if block.startswith("step"):
         return f"Step of the base in the frame of the measuring device, at row {block[4:]}"
+    if block.startswith("session"):
+        return f"Base in the frame of the measuring device, session {block[7:]} less the last"
     return _BLOCKS[block]
 
 
 def _noise_table(found: Estimate) -> list[Table]:
+    if found.session_noise:
+        own = zip(sessions_of(found.measurements).items(), found.session_noise, strict=True)
+        rows = [(str(number), str(int(of.sum())), significant(each)) for (number, of), each in own]
+        columns = ("Session", "Rows", "Times the declared noise")
+        return [Table("Noise of the sessions", columns, [Group(rows)], brief=True)]
     if found.options.noise != "estimate":
         return []
     declared, noise = found.nominal.noise, found.noise

@@ -109,6 +109,9 @@ def plan_page(plan: Plan) -> Page:
     silent = [each.name for each in plan.unknowns if each.deviation > SILENT * each.prior]
     if silent:
         notes.append(f"no better known than their priors say: {_few(silent)}")
+    if basis is not None and basis.survey is not None and basis.survey.sessions:
+        own = " and ".join(basis.survey.sessions)
+        notes.append(f"{own} of single sessions are not planned for: all poses count as of one")
     if plan.unseen:
         shown = "; ".join(plan.unseen)
         if len(plan.unseen) > _COMBINED:

@@ -50,6 +50,7 @@ struct LatentRows {
   const double* frames;  // N x 12, the poses: position, and the rotation by rows
   const double* bases;   // the same of the base, at every pose or, with stride 0, at all
   Index base_stride;
+  const double* base_turns;       // N x 18 where the base moves: of its turn w, exp([w]) and J_l(w)
   const double* target;           // the same of the target
   const double* scalars;          // the observations' own
   const double* base_covariates;  // N x covariate_count

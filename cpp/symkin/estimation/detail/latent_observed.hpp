@@ -17,6 +17,7 @@ class ObservedLanes {
   using Turned = Jet<T, kFrames ? 9 : 3>;
   template <typename D>
   using Scene = factors::Scene<D>;
+  static constexpr Index kOfBase = 0, kOfSlope = 9;  // of LatentRows::base_turns
 
  public:
   static void fill(const LatentRows& in) {
@@ -95,6 +96,21 @@ class ObservedLanes {
     return scalar % 6 >= 3 && turn < D::DIMENSION ? turn : -1;
   }
 
+  // By component i of both frames' twelve. Where the base stands at exp([w]) R_B, what turns R_B
+  // comes through exp([w]), and what changes w through its left Jacobian.
+  template <typename D>
+  static T by_frame(const LatentRows& in, const LaneRows<T>& at, const D& misfit, int i,
+                    Index through) {
+    if (i < 3 || i >= 6 || in.base_stride == 0) {
+      return misfit.v[direction<D>(6 + i)];
+    }
+    T sum(0.0);
+    for (int k = 0; k < 3; ++k) {
+      sum += misfit.v[direction<D>(9 + k)] * at.read(in.base_turns + through + 3 * k + i - 3, 18);
+    }
+    return sum;
+  }
+
   template <typename Factor, typename D>
   SYMKIN_FLATTEN static void one(const LatentRows& in, Index pack, const LaneRows<T>& at,
                                  const Scene<D>& scene,
@@ -135,15 +151,17 @@ class ObservedLanes {
         c.set(first + i, zero);
       }
       for (int i = 0; kFrames && i < 12; ++i) {
-        const int along = direction<D>(6 + i);
-        if (in.shared_of[i] >= 0 && along >= 0) {
-          c.set(first + in.shared_of[i], where_taken(misfit.v[along]));
+        if (direction<D>(6 + i) < 0) {
+          continue;
         }
-        for (Index j = 0; i < 6 && along >= 0 && j < in.covariate_count; ++j) {
+        if (in.shared_of[i] >= 0) {
+          c.set(first + in.shared_of[i], where_taken(by_frame(in, at, misfit, i, kOfBase)));
+        }
+        for (Index j = 0; i < 6 && j < in.covariate_count; ++j) {
           const Index slope = in.shared_of[in.first_slope + 6 * j + i];
           if (slope >= 0) {
             const T covariate = at.read(in.base_covariates + j, in.covariate_count);
-            c.set(first + slope, where_taken(covariate * misfit.v[along]));
+            c.set(first + slope, where_taken(covariate * by_frame(in, at, misfit, i, kOfSlope)));
           }
         }
       }

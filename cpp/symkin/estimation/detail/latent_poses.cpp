@@ -130,7 +130,8 @@ LatentRows LatentPoses::kernel_rows(const double* errors) {
           plan_.values.cols(),
           frames_.data(),
           bases_.data(),
-          bases_.rows() > 1 ? bases_.cols() : 0,
+          base_turns_.rows() > 0 ? bases_.cols() : 0,
+          base_turns_.data(),
           target_.data(),
           scalars_.data(),
           observations_.base_covariates.data(),
@@ -270,10 +271,16 @@ void LatentPoses::eliminate(const Setup& setup, const RowMatrix& poses, const Ro
     write_frame(frame_of_pose(mechanism_.pose_space(), poses.row(i).data()), &frames_(i, 0));
   }
   const RowMatrix& covariates = observations_.base_covariates;
-  bases_.resize(covariates.cols() > 0 ? poses.rows() : 1, 12);
-  for (Index i = 0; i < bases_.rows(); ++i) {
-    write_frame(covariates.cols() > 0 ? setup.base_at(covariates.row(i)) : setup.base,
-                &bases_(i, 0));
+  base_turns_.resize(covariates.cols() > 0 ? poses.rows() : 0, 18);
+  bases_.resize(std::max(base_turns_.rows(), Index{1}), 12);
+  write_frame(setup.base, bases_.data());
+  for (Index i = 0; i < base_turns_.rows(); ++i) {
+    write_frame(setup.base_at(covariates.row(i)), &bases_(i, 0));
+    const Eigen::Vector3d turn = (covariates.row(i) * setup.base_slopes).tail<3>().transpose();
+    using ByRows = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+    Eigen::Map<ByRows> rotation(&base_turns_(i, 0)), by_turn(&base_turns_(i, 9));
+    rotation = rotation_of(turn);
+    by_turn = left_jacobian(turn);
   }
   target_.resize(12);
   write_frame(setup.target, target_.data());

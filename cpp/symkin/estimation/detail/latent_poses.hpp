@@ -78,7 +78,8 @@ class LatentPoses {
   // `width_` scalars in the UnknownList.
   std::vector<ClosureRows> legs_;
   RowMatrix frames_;
-  RowMatrix bases_;  // of every pose, or of all: position and rotation by rows
+  RowMatrix bases_;       // of every pose, or of all: position and rotation by rows
+  RowMatrix base_turns_;  // see LatentRows
   Vector target_, scalars_, room_, chi_squares_, clear_;
   std::vector<LatentRows::OfLeg> of_legs_;
 };

@@ -32,9 +32,11 @@ from symkin.values import Value, field, record
 __all__ = [
     "CHANGES",
     "ChangeTest",
+    "Rows",
     "change_tests",
     "doubts_of_changes",
     "largest_of_steps",
+    "rows_of_changes",
     "step_scores",
     "whole_change",
 ]
@@ -116,7 +118,7 @@ class _Term:
 
 
 @dataclass(frozen=True)
-class _Rows:
+class Rows:
     """Whitened rows of poses in the order of time, and what is left of them."""
 
     residual: Array  # n x r, less what the unknowns explain
@@ -127,6 +129,7 @@ class _Rows:
     components: tuple[str, ...]
     order: NDArray[np.intp]  # the rows of the measurements
     spare: int
+    used: NDArray[np.bool_]  # n x r: which are conditions
 
     def left(self, column: Array) -> Array:
         """What the unknowns leave of a column, n x r."""
@@ -137,7 +140,7 @@ class _Rows:
 def change_tests(found: Found, apart: Sequence[int] = ()) -> tuple[ChangeTest, ...]:
     """Test an estimate, without the poses that are outliers; empty where nothing is to spare."""
     try:
-        rows = _rows(found, apart)
+        rows = rows_of_changes(found, apart)
     except SymkinError:
         return ()
     if rows is None or rows.spare < 1:
@@ -182,7 +185,7 @@ def _usual(square: float, degrees: int) -> bool:
     return degrees > 0 and bool(_core.chi_square_tail(max(square, 0.0), degrees) > FALSE_ALARMS)
 
 
-def _drop(rows: _Rows, terms: Sequence[_Term], kind: tuple[str, bool]) -> tuple[float, int]:
+def _drop(rows: Rows, terms: Sequence[_Term], kind: tuple[str, bool]) -> tuple[float, int]:
     """How much of chi-square all terms of a kind explain together, and how many they are."""
     own = [each for each in terms if each.kind == kind]
     columns = np.column_stack([each.left.ravel() for each in own])
@@ -191,7 +194,7 @@ def _drop(rows: _Rows, terms: Sequence[_Term], kind: tuple[str, bool]) -> tuple[
     return float(np.square(columns @ fitted).sum()), len(own)
 
 
-def _terms(found: Found, rows: _Rows) -> Iterator[_Term]:
+def _terms(found: Found, rows: Rows) -> Iterator[_Term]:
     measured = found.measurements
     time = clock(measured)[rows.order]
     moves = last_moves(found.nominal, measured)[rows.order] / 2
@@ -207,14 +210,14 @@ def _terms(found: Found, rows: _Rows) -> Iterator[_Term]:
     yield from _term(rows, "growth", "", -1, warmth[:, None] * rows.by_growth)
 
 
-def _term(rows: _Rows, what: str, of: str, leg: int, column: Array) -> Iterator[_Term]:
+def _term(rows: Rows, what: str, of: str, leg: int, column: Array) -> Iterator[_Term]:
     length = float(np.linalg.norm(column))
     left = rows.left(column)
     if np.linalg.norm(left) > _SILENT * length > 0:
         yield _Term(what, of, leg, -1, left, length, _two_sided)
 
 
-def _step(numbers: NDArray[np.intp], rows: _Rows, of: str, leg: int, one: Array) -> Iterator[_Term]:
+def _step(numbers: NDArray[np.intp], rows: Rows, of: str, leg: int, one: Array) -> Iterator[_Term]:
     """The step that shows most of all rows, between the first and the last few."""
     steps, scores, alike = step_scores(one, rows.basis, rows.residual)
     if not len(steps):
@@ -271,7 +274,7 @@ def _two_sided(u: float) -> float:
     return float(_core.chi_square_tail(u**2, 1))
 
 
-def _rows(found: Found, apart: Sequence[int]) -> _Rows | None:
+def rows_of_changes(found: Found, apart: Sequence[int]) -> Rows | None:
     """Rows of the poses that were estimated from, linearised at the estimate."""
     robot, measured = found.mechanism, found.measurements
     places = unframed(robot, measured.poses) if found.legs else found.latent_poses
@@ -346,14 +349,15 @@ def _rows(found: Found, apart: Sequence[int]) -> _Rows | None:
     basis = (tall @ left[:, shown])[: residual.size].reshape(*residual.shape, -1)
     half = (right[shown] / lengths) / singular[shown, None]
     residual = residual - own @ (half.T @ (half @ gradient))
-    conditions = int((np.abs(jacobian).max(axis=2) > 0).sum())
+    used = np.abs(jacobian).max(axis=2) > 0
     places_of_base = [i for i in wanted if names[i].startswith(f"{_PER_LEG}.")]
     by = jacobian[..., free:]
     bases = by[..., legs : legs + len(places_of_base)]
     growth = by[..., -1] if robot.space.moves else np.zeros_like(residual)
-    spare = conditions + int(np.isfinite(priors).sum()) - int(shown.sum())
+    spare = int(used.sum()) + int(np.isfinite(priors).sum()) - int(shown.sum())
     components = tuple(names[i].partition(".")[2] for i in places_of_base)
-    return _Rows(residual, basis, by[..., :legs], growth, bases, components, order, spare)
+    by_leg = by[..., :legs]
+    return Rows(residual, basis, by_leg, growth, bases, components, order, spare, used)
 
 
 def _gradient(rows: Array, residual: Array) -> Array:
@@ -378,7 +382,7 @@ CHANGES = frozenset(_CODES.values())
 
 def whole_change(doubts: Sequence[Doubt]) -> Doubt | None:
     """What explains all that noise does not, so that no other cause has to be looked for."""
-    return next((each for each in doubts if each.code in CHANGES and each.figures["whole"]), None)
+    return next((each for each in doubts if each.figures.get("whole") is True), None)
 
 
 def doubts_of_changes(tests: Sequence[ChangeTest]) -> Iterator[Doubt]:

@@ -199,6 +199,25 @@ DOUBTS: Mapping[str, Code] = {
         "{evidence}",
         "identify with {options}, or come to every pose from one side",
     ),
+    "sessions-noise": Code(
+        "the noise of session {session} is {times} times that of the others{evidence}",
+        "identify with {options}, or state standard deviations by columns",
+    ),
+    "sessions-offsets": Code(
+        "what the sensors show differs between the sessions, most {largest} by {amount} from the "
+        "last: the robot was homed anew, or a zero moved{evidence}",
+        "identify with {options}",
+    ),
+    "sessions-frames": Code(
+        "where the robot stands to the measuring device differs between the sessions, most "
+        "{largest} by {amount} from the last: the device or the robot was moved{evidence}",
+        "identify with {options}",
+    ),
+    "sessions-moved": Code(
+        "offsets of the sensors {which} the frame of the measuring device differ between the "
+        "sessions, most {largest} by {amount} from the last{evidence}",
+        "identify with {options}; what is known to be as it was can be left out of that",
+    ),
     "neighbours-alike": Code(
         "residuals of neighbouring rows are alike: something drifts in the order of measuring, "
         "such as a warming structure, a slipping drive or a moving target{evidence}"

@@ -41,6 +41,13 @@ from symkin.estimate.evidence.residuals import (
     doubts_of_residuals,
     tests_of,
 )
+from symkin.estimate.evidence.sessions import (
+    SESSIONS,
+    doubts_of_sessions,
+    session_tests,
+    shift_is_shown,
+    shift_that_explains,
+)
 from symkin.estimate.evidence.wider import Alternative, alternatives_of, doubts_of_models
 from symkin.estimate.fit import by_leg
 from symkin.estimate.found import Found
@@ -55,11 +62,16 @@ _SENSORS = {"sensor-curved", "sensor-eccentric"}
 _SHAPES = {
     *_SENSORS,
     *CHANGES,
+    *SESSIONS,
     *("depends-on-pose", "neighbours-alike", "neighbours-opposite"),
     *("legs-together", "estimators-disagree", "rows-unlike"),
 }
 # What a change while it was measured brings about, too.
-_OF_RESIDUALS = (_SHAPES - CHANGES) | {"residuals-large", "few-far-off", "readings-coarse"}
+_OF_RESIDUALS = (_SHAPES - CHANGES - SESSIONS) | {
+    "residuals-large",
+    "few-far-off",
+    "readings-coarse",
+}
 
 
 class Noticed(NamedTuple):
@@ -128,17 +140,17 @@ def _noticed(
     result = diagnosed(found)
     tests, outliers = tests_of(found, result), outliers_of(found, result)
     taken = taken_from(found)
-    changes: list[Doubt] = []
     symptoms = [*doubts_of_poses(found), *signs_of_mistakes(found, taken), *doubts_of_noise(found)]
     # Where poses hardly tell parameters apart, first-order statistics say nothing of a model.
-    if all(leg.condition <= CONDITION_LIMIT for leg in found.legs):
-        if not _all_is_far_off(found):
+    told_apart = all(leg.condition <= CONDITION_LIMIT for leg in found.legs)
+    far = not told_apart or _all_is_far_off(found)
+    changes = [] if far else _changes(found, [each.row for each in outliers])
+    if (found.unexplained or not found.converged) and whole_change(changes) is None:
+        changes = shift_that_explains(found) or changes
+    symptoms += changes
+    if told_apart:
+        if not far:
             symptoms += doubts_of_rows(found, outliers)
-            apart = [each.row for each in outliers]
-            changes = list(doubts_of_changes(change_tests(found)))
-            if apart and whole_change(changes) is None:
-                changes = list(doubts_of_changes(change_tests(found, apart)))
-            symptoms += changes
             symptoms += _doubts_of_the_model(found, tests, alternatives(), model)
         symptoms += implausible_parameters(found)
     if changes:  # which say what is alike
@@ -148,6 +160,20 @@ def _noticed(
     # What can be asked for instead comes first: the rest may be due to that.
     symptoms.sort(key=lambda each: not each.options)
     return Noticed(tuple(size), tuple(symptoms), tests, outliers)
+
+
+def _changes(found: Found, apart: Sequence[int]) -> list[Doubt]:
+    """What changed from row to row or between sessions, whichever shows more; without outliers."""
+    changes: list[Doubt] = []
+    for without in ((), apart) if apart else ((),):
+        tests, sessions = change_tests(found, without), session_tests(found, without)
+        alarms = [abs(each.statistic) for each in tests if each.alarms]
+        changes = list(doubts_of_sessions(found, sessions))
+        if alarms and not shift_is_shown(sessions, max(alarms)):
+            changes = list(doubts_of_changes(tests))
+        if whole_change(changes) is not None:
+            break
+    return changes
 
 
 def _doubts_of_the_model(
@@ -181,6 +207,8 @@ def judged(estimate: Found, what: Noticed) -> Evidence:
     changed = whole_change(what.symptoms)
     if changed is not None:  # what it does to the residuals is not told beside it
         others = [each for each in what.symptoms if each.code not in _OF_RESIDUALS]
+        if changed.code in SESSIONS:  # which may be far apart, and then all else says nothing
+            others = [each for each in others if each.code in SESSIONS]
         return Evidence((*others, *what.lasting), tried, complete=True)
     if what.symptoms or not found.converged:
         cause, rest = gross_errors(found)

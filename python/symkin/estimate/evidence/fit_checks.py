@@ -127,7 +127,7 @@ def unexplained_rows(found: Found) -> list[int]:
 
 def doubts_of_noise(found: Found) -> Iterator[Doubt]:
     """Residuals larger or smaller than the declared noise."""
-    if found.options.noise == "estimate":
+    if found.noise_is_estimated:
         return  # chi-square is what it was made to be
     judged = [fit for fit in found.goodness if fit.degrees_of_freedom > 0]
     large = [fit for fit in judged if fit.unexplained]

@@ -51,7 +51,7 @@ def notes_of(
         numbers = ", ".join(map(str, rows))
         which = f"row {numbers}" if len(rows) == 1 else f"any of the rows {numbers}"
         yield Note("rows-unguarded", rows=rows, figures={"which": which})
-    if found.options.noise == "estimate":
+    if found.noise_is_estimated:
         yield Note("noise-estimated")
     orders = [
         ", ".join(str(leg + 1) for leg in order)
