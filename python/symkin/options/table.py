@@ -54,8 +54,8 @@ _ALL = (
     Option("report", bool, default=True,
            help="Draw the page, which takes about as long as all else."),
     Option("units", str, default="", metavar="UNITS",
-           help="Tell lengths and angles in these units, such as mm,mrad or m,rad; by default mm "
-                "and degrees."),
+           help="Tell lengths and angles in these units, such as mm,mrad or m,rad, and tables "
+                "too; by default mm and degrees, and tables in m and rad."),
     Option("ignore", list[str], metavar="COLUMN", seldom=_TABLES,
            help="A column of the measurements that is left out on purpose. May be given several "
                 "times."),

@@ -10,6 +10,7 @@ from contextvars import ContextVar
 
 from symkin.errors import QuantityError
 from symkin.storage.quantities import unit_factor, unit_names
+from symkin.storage.tables import WRITTEN_UNITS
 
 __all__ = ["in_units", "on_paper", "units_of"]
 
@@ -49,13 +50,17 @@ def _is(unit: str, si_unit: str) -> bool:
 def in_units(text: str) -> Iterator[None]:
     """Tell results in these units, such as ``"m,rad"``; what is not named stays as it is.
 
-    Pages and texts are told in the units in which they are made.
+    Pages and texts are told in the units in which they are made, and tables are written in those
+    that are asked for, to nanometres and nanoradians; else in m and rad, with all digits.
     """
-    token = _UNITS.set(units_of(text))
+    length, angle = units_of(text)
+    told = _UNITS.set((length, angle))
+    written = WRITTEN_UNITS.set({"m": length, "rad": angle} if text.strip() else {})
     try:
         yield
     finally:
-        _UNITS.reset(token)
+        WRITTEN_UNITS.reset(written)
+        _UNITS.reset(told)
 
 
 def on_paper(unit: str) -> tuple[float, str]:

@@ -13,6 +13,7 @@ import stat
 import zlib
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextvars import ContextVar
 from io import BytesIO
 from pathlib import Path
 from typing import IO, Any, Protocol
@@ -21,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin.errors import MeasurementError, SymkinError, did_you_mean, known_extension
+from symkin.storage.quantities import unit_factor
 
 
 # A file, an open stream of text or bytes, or a DataFrame or other mapping of columns.
@@ -36,6 +38,8 @@ class DataFrame(Protocol):
 
 
 TableSource = str | os.PathLike[str] | IO[str] | IO[bytes] | Mapping[str, Any] | DataFrame
+# In which units columns in m and rad are written: as they are, unless others were asked for.
+WRITTEN_UNITS: ContextVar[Mapping[str, str]] = ContextVar("written units", default={})  # noqa: B039
 _PARQUET = (".parquet", ".pq")
 _SPECIAL = frozenset(',"\r\n')  # of CSV
 _GZIP = b"\x1f\x8b"
@@ -299,9 +303,11 @@ def _read(source: TableSource) -> Table:
 def write_table(path: Path, columns: Mapping[str, Any]) -> None:
     """Write columns as CSV, compressed if the name ends in ``.gz``, or as Parquet.
 
-    Numbers read back to the same floats; NaN is written as an empty cell.
+    Numbers read back to the same floats, but for those in `WRITTEN_UNITS`, which have as many
+    digits as nanometres and nanoradians need; NaN is written as an empty cell.
     """
     known_extension(path, ".csv", ".txt", ".gz", *_PARQUET)
+    columns = dict(_in_units(name, values) for name, values in columns.items())
     if path.suffix in _PARQUET:
         arrow, parquet = _parquet(str(path))
         # from_pandas makes NaN a missing value.
@@ -310,6 +316,17 @@ def write_table(path: Path, columns: Mapping[str, Any]) -> None:
         return
     text = csv_text(columns).encode()
     path.write_bytes(gzip.compress(text, mtime=0) if path.suffix == ".gz" else text)
+
+
+def _in_units(name: str, values: Any) -> tuple[str, Any]:
+    """A column in m or rad in the unit that was asked for."""
+    stem, _, unit = name.rpartition("_")
+    asked = WRITTEN_UNITS.get().get(unit)
+    if not stem or asked is None or asked == unit:
+        return name, values
+    factor = 1 / unit_factor(asked, unit)
+    digits = max(0, math.ceil(9 - math.log10(factor)))
+    return f"{stem}_{asked}", np.round(factor * np.asarray(values, dtype=float), digits) + 0.0
 
 
 def csv_text(columns: Mapping[str, Any]) -> str:

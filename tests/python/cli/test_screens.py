@@ -77,6 +77,22 @@ def test_results_are_told_in_the_units_that_are_asked_for(
     assert 'units are "mm,m"; expected one of lengths, one of angles or both' in refused.err
 
 
+def test_tables_are_written_in_the_units_that_are_asked_for_and_read_back(
+    symkin: Callable, tmp_path: Path
+) -> None:
+    plan = ("plan", "3RRR", "--candidates", "500", "--pose-count", "8", "--no-report", "--out")
+    for folder, units in (("si", ()), ("told", ("--units", "mm,deg"))):
+        symkin(*plan, str(tmp_path / folder), *units)
+    table = (tmp_path / "told" / "plan.csv").read_text().split("\n")
+    assert table[0] == "leg,order,role,x_mm,y_mm,phi_deg,psi_1_deg,psi_2_deg,psi_3_deg"
+    assert max(map(len, table[1].split(","))) <= len("-123.12345678")
+    exact, told = (
+        library.read_plan(tmp_path / folder / "plan.csv", "3RRR") for folder in ("si", "told")
+    )
+    assert abs(exact.poses - told.poses).max() < 1e-9
+    assert abs(exact.readings - told.readings).max() < 1e-9
+
+
 def test_units_end_with_what_they_are_asked_for() -> None:
     evaluation = library.evaluate("5bar", actual="5bar")
     before = evaluation.text()
