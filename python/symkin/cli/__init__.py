@@ -69,27 +69,31 @@ def overview(
         bool, typer.Option("--debug", help="Show where an error arose; with any command, anywhere.")
     ] = False,
 ) -> None:
-    """Kinematic identification of symmetric parallel mechanisms.
+    """Calibrate parallel robots: find their true dimensions from measured poses.
 
-    list names the mechanisms that come with symkin, new prints a file for one of your own. The
-    stages pass files to each other: check, pose-count, plan, simulate (or measure a real robot),
-    identify, evaluate, accept; run is all of them on a simulated robot; study compares protocols on
-    many; compare says what moved between two calibrations; kinematics is what a controller needs of
-    the result, and export writes it for controllers and simulators; import reads a printer's
-    configuration; identify-batch identifies many robots of one
-    drawing. measure stands beside whoever measures, and says what comes next and when it is enough;
-    simulate-device plays the robot and the device for it. MECHANISM is a file, or the name of a
-    mechanism that comes with symkin, such as 3RRR.
+    \b
+    A robot of yours, step by step:
+      new, list, import   a file that describes it, or one that comes with symkin
+      check               is it what you mean, and what can be found out
+      pose-count, plan    how many poses to measure, and which
+      measure             stand beside whoever measures, and say what comes next
+      identify            find its dimensions, and say how far to trust them
+      evaluate, accept    how good it is now, and whether it keeps a tolerance
+      export, kinematics  for its controller
 
-    A file that exists is not replaced unless --overwrite allows it, and a file that the command
-    reads never is; both are checked before anything is computed. Outputs appear whole or not at
-    all.
+    Without a robot, run does all of it on a simulated one; simulate makes the measurements of a
+    plan, simulate-device plays robot and device for measure. align says where a device stands;
+    identify-batch and study are for many robots, compare for one that was calibrated twice.
+    MECHANISM is a file, or the name of a mechanism that comes with symkin, such as 3RRR.
+
+    A file that exists is replaced with --overwrite alone, and one that the command reads never is.
+    Outputs appear whole or not at all.
 
     Help of a command has what is used every day; --help-all has all of it.
 
     Exit code: 0; 1 for a result that did not converge, or for rows out of reach (kinematics); 2 for
     an input that cannot be used.
-    """
+    """  # noqa: D301  # a backspace alone tells typer to leave the lines that follow as they are
     if version:
         refuse_unless(context.invoked_subcommand is None, "--version goes without a command")
         typer.echo(f"symkin {installed_version()}")

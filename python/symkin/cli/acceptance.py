@@ -84,7 +84,7 @@ def accept(
     overwrite: OverwriteOption = False,
     telling: Telling,
 ) -> None:
-    """Decide whether a calibrated robot keeps a tolerance, and write a certificate.
+    """Judge whether a calibrated robot keeps a tolerance.
 
     By measurements that the calibration has not seen; its own rows are refused. The commanded pose
     is the calibrated model's at the readings. Rows that are nearer to each other than the tolerance
@@ -157,7 +157,7 @@ def compare(
     overwrite: OverwriteOption = False,
     telling: Telling,
 ) -> None:
-    """Compare two calibrations of one robot: what moved, and is it more than noise.
+    """Say what moved between two calibrations of one robot.
 
     Both rest on the same drawing, which is taken into account where priors hold parameters. How far
     the end-effector moved is said over the workspace, without what a device that was set up anew

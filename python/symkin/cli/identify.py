@@ -227,7 +227,7 @@ def identify_batch(
     overwrite: OverwriteOption = False,
     telling: Telling,
 ) -> None:
-    """Identify many robots of one drawing into one table, a row a robot.
+    """Identify many robots of one drawing, a row a robot.
 
     What is unknown is said as for identify, by options or the mechanism's file.
     """
@@ -330,7 +330,7 @@ def align(
     overwrite: OverwriteOption = False,
     telling: Telling,
 ) -> None:
-    """Find where a measuring device stands, and what it measures on the platform.
+    """Find where a measuring device stands, and its target.
 
     The robot's geometry is trusted; identify finds frames and geometry together.
     """
@@ -407,7 +407,7 @@ def evaluate(
     overwrite: OverwriteOption = False,
     telling: Telling,
 ) -> None:
-    """Say how far the end-effector is from where the model puts it.
+    """Say how far the end effector is from where it should be.
 
     Against a simulated robot: the poses that it takes, less those commanded through the model, over
     the poses of a plan or else over the robot's workspace. Against measurements: the model's poses

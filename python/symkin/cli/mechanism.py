@@ -71,7 +71,7 @@ def new(
     ] = None,
     platform: Annotated[Platform, of("platform")] = "rigid",
 ) -> None:
-    """Print a mechanism file to begin with: symmetrical legs, every key explained.
+    """Print a mechanism file to begin with, every key explained.
 
     It works with every command before you put your dimensions in place of its own.
     """
@@ -86,7 +86,10 @@ def list_mechanisms(
     ] = False,
     as_json: JsonOption = False,
 ) -> None:
-    """List the mechanisms that come with symkin; their names can stand for a file."""
+    """List the mechanisms that come with symkin.
+
+    Their names can stand for a file.
+    """
     if devices:
         _list_devices(as_json)
         return
@@ -153,16 +156,15 @@ def check(
     overwrite: OverwriteOption = False,
     telling: Telling,
 ) -> None:
-    """Say whether a mechanism file describes what you mean, and what it means for measuring.
+    """Say what a mechanism file means, and what poses can show.
 
     First whether the legs are alike, so that poses chosen for one serve all, or which leg and
     parameter differs; then whether poses can show every parameter, how many are needed, and the
     command that plans them.
 
-    --verbose, --json and the page of --out have all of it: the groups G_M, G_W, G_Q and G_C; how
-    near home is to singularities; the figures of identifiability; and the conditions (1)-(5) of
-    section 4 and (1)-(7) of section 5 of the paper, each with its verdict, the figure behind it and
-    what is allowed.
+    --verbose, --json and the page of --out have all of it: the groups of the symmetry, how near
+    home is to singularities, how well poses show each parameter, and the paper's conditions on
+    symmetry, each with its verdict, the figure behind it and what is allowed.
 
     With --out, the last line printed is the page's path. Legs that do not have the symmetry
     declared beside them are shown like any others, then refused; so is a workspace that cannot be
@@ -265,7 +267,7 @@ def kinematics(
     overwrite: OverwriteOption = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Calculate the sensor readings at poses, or the poses at sensor readings.
+    """Calculate readings at poses, or poses at readings.
 
     The columns are named as in symkin's other files, in any unit; others are not read. What comes
     out is a table with the poses first, then the readings, in the order of the rows: on stdout, or
@@ -384,7 +386,7 @@ def import_(
     out: Annotated[Path, folder_of("mechanism.toml, probed.csv and distances.csv")],
     overwrite: OverwriteOption = False,
 ) -> None:
-    """Make a mechanism file of a printer's configuration, and a table of what it has probed.
+    """Make a mechanism file of a printer's configuration.
 
     Of Klipper's printer.cfg, linear deltas with what SAVE_CONFIG wrote: towers, rods, endstops, and
     the heights that DELTA_CALIBRATE recorded; distances that DELTA_ANALYZE was told are kept in

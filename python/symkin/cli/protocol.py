@@ -333,7 +333,7 @@ def run(
     overwrite: OverwriteOption = False,
     telling: Telling,
 ) -> None:
-    """Run the whole protocol on a simulated robot and write a report.
+    """Run all of it on a simulated robot, and write a report.
 
     Writes plan.csv, measurements.csv, actual.toml (the simulated robot), calibrated.toml,
     results.json and report.html. The last line printed is the report's path.
