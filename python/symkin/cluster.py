@@ -6,6 +6,8 @@ from __future__ import annotations
 import contextlib
 import itertools
 import logging
+import signal
+import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import CancelledError, ThreadPoolExecutor
 from typing import Any
@@ -70,8 +72,8 @@ def dask_client(workers: int, scheduler: str | None = None) -> Iterator[Any]:
             # work for it. What a worker logs, such as that its scheduler has closed before it, is
             # not for the user: a call that fails raises its exception here.
             opened.enter_context(dask.config.set(_UNDISTURBED))
-            address = opened.enter_context(
-                LocalCluster(
+            with _interrupts_put_off():
+                cluster = LocalCluster(
                     n_workers=workers,
                     threads_per_worker=1,
                     processes=True,
@@ -80,7 +82,7 @@ def dask_client(workers: int, scheduler: str | None = None) -> Iterator[Any]:
                     memory_limit=0,
                     silence_logs=logging.CRITICAL,
                 )
-            )
+                address = opened.enter_context(cluster)
         try:
             if scheduler is not None:
                 # Beside a loop that runs here, as in a notebook.
@@ -104,6 +106,35 @@ def dask_client(workers: int, scheduler: str | None = None) -> Iterator[Any]:
                 f"{scheduler}: the scheduler has no workers; start some: dask worker {scheduler}"
             ) from error
         yield client
+
+
+@contextlib.contextmanager
+def _interrupts_put_off() -> Iterator[None]:
+    """Have Ctrl-C wait for what is done here, and pass over processes that it starts.
+
+    Workers that are interrupted before they have begun, and a cluster that is, print tracebacks.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    received: list[int] = []
+    before = signal.signal(signal.SIGINT, lambda number, _: received.append(number))
+    # Threads and processes begin with what is blocked where they are started, unless Python starts
+    # its tracker beside them, which unblocks. There is no such thing in Windows.
+    mask = getattr(signal, "pthread_sigmask", None)
+    if mask:
+        from multiprocessing import resource_tracker
+
+        resource_tracker.ensure_running()
+    blocked = mask(signal.SIG_BLOCK, [signal.SIGINT]) if mask else None
+    try:
+        yield
+    finally:
+        if mask:
+            mask(signal.SIG_SETMASK, blocked)
+        signal.signal(signal.SIGINT, before)
+    if received:
+        raise KeyboardInterrupt
 
 
 async def _answer_of(scheduler: str) -> None:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import subprocess
 import sys
@@ -47,8 +48,31 @@ def test_an_interrupted_command_ends_with_code_130(tmp_path: Path) -> None:
     assert "Traceback" not in errors
 
 
-def _interrupted(arguments: list[str]) -> tuple[int, str]:
-    """Exit code and errors of a process that gets SIGINT a while after it has begun."""
+def test_workers_that_have_not_begun_are_not_interrupted_in_their_own_words(tmp_path: Path) -> None:
+    # As main, since the workers import it.
+    script = tmp_path / "many.py"
+    script.write_text(
+        "import time\n"
+        "from symkin.cluster import dask_client, spread\n"
+        "if __name__ == '__main__':\n"
+        "    import distributed\n"
+        "    print('begun', flush=True)\n"
+        "    try:\n"
+        "        with dask_client(1) as client:\n"
+        "            list(spread(client, time.sleep, ((0.1,) for _ in range(10_000))))\n"
+        "    except KeyboardInterrupt:\n"
+        "        raise SystemExit(130) from None\n"
+    )
+    assert _interrupted([str(script)], after=0.2, everybody=True) == (130, "")
+
+
+def _interrupted(
+    arguments: list[str], *, after: float = 1.5, everybody: bool = False
+) -> tuple[int, str]:
+    """Exit code and errors of a process that gets SIGINT a while after it has begun.
+
+    With those that it has started, as from a terminal, if that is for everybody.
+    """
     # Whoever runs the tests in the background may have told all processes to ignore interrupts.
     with subprocess.Popen(
         [sys.executable, *arguments],
@@ -56,14 +80,15 @@ def _interrupted(arguments: list[str]) -> tuple[int, str]:
         stderr=subprocess.PIPE,
         text=True,
         preexec_fn=partial(signal.signal, signal.SIGINT, signal.SIG_DFL),
+        start_new_session=True,
     ) as process:
         try:
             assert process.stdout is not None
             assert process.stdout.readline() == "begun\n"
-            time.sleep(1.5)
+            time.sleep(after)
             assert process.poll() is None, "it ended before it could be interrupted"
-            process.send_signal(signal.SIGINT)
-            _, errors = process.communicate(timeout=10)
+            (os.killpg if everybody else os.kill)(process.pid, signal.SIGINT)
+            _, errors = process.communicate(timeout=60)
         finally:
             process.kill()
         return process.returncode, errors
