@@ -5,6 +5,7 @@
 #include <random>
 
 #include "declared/declared_numbers.hpp"
+#include "symkin/chains/declared/pivoted_qr.hpp"
 #include "symkin/support/error.hpp"
 
 namespace symkin::declared {
@@ -56,6 +57,45 @@ RowMatrix rows_of(const reference::Leg& leg, const Assembly& assembly) {
 }
 
 class DeclaredLegs : public ::testing::TestWithParam<reference::Leg> {};
+
+TEST(PivotedQr, SolvesWithColumnsThatReachNoMoreThanTheirRank) {
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  const auto drawn = [&](Index rows, Index cols) {
+    Columns all(rows, cols);
+    for (Index i = 0; i < cols; ++i) {
+      for (Index row = 0; row < rows; ++row) {
+        all(row, i) = normal(random);
+      }
+    }
+    return all;
+  };
+  for (const Index equations : {1, 2, 3, 6, 12, 16}) {
+    for (Index rank = 0; rank <= equations; ++rank) {
+      // One column more than the rank, a sum of others.
+      const Index count = std::min<Index>(rank + 1, kMostJoints);
+      const Columns columns = drawn(equations, rank) * drawn(rank, count);
+      std::vector<int> chosen;
+      for (Index i = count; i-- > 0;) {
+        chosen.push_back(static_cast<int>(i));
+      }
+      const int known = static_cast<int>(rank);
+      const PivotedQr qr(columns, chosen, known);
+      const Eigen::MatrixXd left = qr.complement();
+      ASSERT_EQ(left.cols(), equations - rank);
+      const double size = std::max(1.0, columns.norm());
+      EXPECT_LT((left.transpose() * Eigen::MatrixXd(columns)).norm(), 1e-13 * size);
+      EXPECT_TRUE((left.transpose() * left).isIdentity(1e-13));
+      const Equations reached = (columns * drawn(count, 1)).col(0);
+      const Joints solution = qr.solve(reached);
+      Equations again = Equations::Zero(equations);
+      for (int i = 0; i < known; ++i) {
+        again += solution[i] * columns.col(qr.column(i));
+      }
+      EXPECT_LT((again - reached).norm(), 1e-9 * std::max(1.0, reached.norm()));
+    }
+  }
+}
 
 TEST_P(DeclaredLegs, HaveTheRowsOfAnotherProgram) {
   const reference::Leg& leg = GetParam();

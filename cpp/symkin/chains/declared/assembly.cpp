@@ -10,13 +10,13 @@
 #include <limits>
 #include <string>
 
+#include "symkin/chains/declared/pivoted_qr.hpp"
 #include "symkin/model/impossible_leg.hpp"
 
 namespace symkin::declared {
 namespace {
 
 using Eigen::Vector3d;
-using PivotedQr = Eigen::ColPivHouseholderQR<Columns>;
 
 constexpr double kNothing = 1e-7;  // of the largest pivot: no direction of its own
 constexpr double kClosed = 1e-9;   // m and rad
@@ -25,19 +25,18 @@ int rank_of(const Columns& columns) {
   if (columns.cols() == 0) {
     return 0;
   }
-  PivotedQr qr(columns);
+  Eigen::ColPivHouseholderQR<Columns> qr(columns);
   qr.setThreshold(kNothing);
   return static_cast<int>(qr.rank());
 }
 
 // The columns that stand for all, ascending.
-std::vector<int> basis_of(const Columns& columns, int rank) {
+std::vector<int> basis_of(const Columns& columns, const std::vector<int>& chosen, int rank) {
+  const PivotedQr qr(columns, chosen, rank);
   std::vector<int> basis;
-  if (rank > 0) {
-    const PivotedQr qr(columns);
-    for (int i = 0; i < rank; ++i) {
-      basis.push_back(static_cast<int>(qr.colsPermutation().indices()[i]));
-    }
+  basis.reserve(static_cast<std::size_t>(rank));
+  for (int i = 0; i < rank; ++i) {
+    basis.push_back(qr.column(i));
   }
   std::sort(basis.begin(), basis.end());
   return basis;
@@ -86,10 +85,9 @@ Assembly::Assembly(const Description& leg, const Home& home)
   }
   loops_.walk(home.pose, home.joints);
   const Columns columns = loops_.columns();
-  const Columns of_passive = columns(kAll, passive_);
-  passive_rank_ = rank_of(of_passive);
+  passive_rank_ = rank_of(columns(kAll, passive_));
   whole_rank_ = rank_of(columns);
-  basis_ = basis_of(of_passive, passive_rank_);
+  basis_ = basis_of(columns, passive_, passive_rank_);
   closures_ = loops_.equations() - passive_rank_;
   if (closures_ < 1) {
     throw InvalidInput("a leg whose passive joints have " + std::to_string(passive_rank_) +
@@ -105,7 +103,7 @@ Assembly::Assembly(const Description& leg, const Home& home)
     home_side_ = drawn_side_ = by_first_reading(reciprocal());
     mirrored_side_ = mirror_signs_[read_.front()] * drawn_side_;
     for (const int each : basis_) {
-      mirrored_side_ *= mirror_signs_[passive_[static_cast<std::size_t>(each)]];
+      mirrored_side_ *= mirror_signs_[each];
     }
     for (const Loop& loop : leg.loops) {
       mirrored_side_ *= mirrored_volume(loop.compares);
@@ -124,35 +122,34 @@ void Assembly::set_leg(const std::vector<TransformValues>& transforms, bool mirr
   home_joints_ = mirrored ? Joints(home_.joints.cwiseProduct(mirror_signs_)) : home_.joints;
 }
 
-// Newton's method, or Gauss's where the equations are more; joints that only spin stay.
+// Newton's method, or Gauss's where the equations are more; joints that only spin stay. Behind a
+// short step the derivatives serve once more, which mostly ends it.
 bool Assembly::newton(const Pose& pose, const std::vector<int>& moving, int rank, Joints& joints) {
   constexpr int kMost = 30;
   constexpr double kLongest = 0.5;  // m and rad
-  constexpr double kShort = 1e-9;
+  constexpr double kShort = 1e-5;
+  constexpr double kNoStep = 1e-9;
+  loops_.walk(pose, joints);
+  if (rank == 0) {
+    return true;
+  }
   for (int i = 0; i < kMost; ++i) {
-    loops_.walk(pose, joints);
-    if (moving.empty()) {
-      return true;
-    }
-    const Columns columns = loops_.columns()(kAll, moving);
-    const PivotedQr qr(columns);
-    Equations rotated = loops_.residual();
-    rotated.applyOnTheLeft(qr.householderQ().adjoint());
-    const Joints basic = qr.matrixR()
-                             .topLeftCorner(rank, rank)
-                             .triangularView<Eigen::Upper>()
-                             .solve(rotated.head(rank));
-    const double largest = rank > 0 ? basic.cwiseAbs().maxCoeff() : 0;
+    const PivotedQr qr(loops_.columns(), moving, rank);
+    const auto take_step = [&] {
+      const Joints step = qr.solve(loops_.residual());
+      const double largest = step.cwiseAbs().maxCoeff();
+      const double share = largest > kLongest ? kLongest / largest : 1;
+      for (int k = 0; k < rank; ++k) {
+        joints[qr.column(k)] -= share * step[k];
+      }
+      loops_.walk(pose, joints);
+      return largest;
+    };
+    const double largest = take_step();
     if (!std::isfinite(largest)) {
       return false;
     }
-    const double share = largest > kLongest ? kLongest / largest : 1;
-    for (int k = 0; k < rank; ++k) {
-      const auto column = static_cast<std::size_t>(qr.colsPermutation().indices()[k]);
-      joints[moving[column]] -= share * basic[k];
-    }
-    if (largest < kShort) {
-      loops_.walk(pose, joints);
+    if (largest < kNoStep || (largest < kShort && take_step() < kNoStep)) {
       return true;
     }
   }
@@ -167,12 +164,16 @@ bool Assembly::on_branch() const {
 // Of the reading's slope in an only closure, with its sign.
 double Assembly::side() const {
   const Columns columns = loops_.columns();
+  return beside_basis(columns, columns.col(read_.front()));
+}
+
+// Volume of the passive joints' columns with another one.
+double Assembly::beside_basis(const Columns& columns, const Equations& last) const {
   Columns square(loops_.equations(), loops_.equations());
   for (int i = 0; i < passive_rank_; ++i) {
-    square.col(i) =
-        columns.col(passive_[static_cast<std::size_t>(basis_[static_cast<std::size_t>(i)])]);
+    square.col(i) = columns.col(basis_[static_cast<std::size_t>(i)]);
   }
-  square.rightCols<1>() = columns.col(read_.front());
+  square.rightCols<1>() = last;
   return square.determinant();
 }
 
@@ -268,21 +269,10 @@ double Assembly::reach_margin(const Pose& pose, const std::vector<int>& tangent)
 }
 
 Columns Assembly::reciprocal() const {
-  const int equations = loops_.equations();
   const Columns columns = loops_.columns();
-  Columns wrenches = Columns::Identity(equations, equations).rightCols(closures_);
-  if (passive_rank_ > 0) {
-    const Columns of_passive = columns(kAll, passive_);
-    wrenches.applyOnTheLeft(PivotedQr(of_passive).householderQ());
-  }
+  Columns wrenches = PivotedQr(columns, passive_, passive_rank_).complement();
   if (closures_ == 1) {
-    Columns square(equations, equations);
-    for (int i = 0; i < passive_rank_; ++i) {
-      square.col(i) =
-          columns.col(passive_[static_cast<std::size_t>(basis_[static_cast<std::size_t>(i)])]);
-    }
-    square.rightCols<1>() = wrenches;
-    if (square.determinant() < 0) {
+    if (beside_basis(columns, wrenches.col(0)) < 0) {
       wrenches = -wrenches;
     }
   } else if (!read_.empty()) {

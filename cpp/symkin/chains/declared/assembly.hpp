@@ -53,6 +53,7 @@ class Assembly {
   bool newton(const Pose& pose, const std::vector<int>& moving, int rank, Joints& joints);
   bool on_branch() const;
   double side() const;
+  double beside_basis(const Columns& columns, const Equations& last) const;
   bool near_home(const Pose& pose, Joints& joints);
   bool follow(const Pose& pose, Joints& joints);
 

@@ -26,6 +26,23 @@ Matrix3d turn_about(const Vector3d& axis, double angle) {
   return turn;
 }
 
+// What a turn about an axis of its own frame makes of a rotation: it mixes two of its columns.
+void turn(Matrix3d& rotation, const Vector3d& axis, double angle) {
+  for (int k = 0; k < 3; ++k) {
+    if (axis[k] == 1) {
+      const double cosine = std::cos(angle);
+      const double sine = std::sin(angle);
+      auto first = rotation.col((k + 1) % 3);
+      auto second = rotation.col((k + 2) % 3);
+      const Vector3d before = first;
+      first = cosine * before + sine * second;
+      second = cosine * second - sine * before;
+      return;
+    }
+  }
+  rotation = rotation * turn_about(axis, angle);
+}
+
 bool compares_rotation(Compares compares) {
   return compares == Compares::pose || compares == Compares::rotation ||
          compares == Compares::planar_pose;
@@ -110,6 +127,7 @@ TransformGeometry::TransformGeometry(const TransformValues& values) {
   axes.rightCols<3>() = turned * left_jacobian(small);
   const double angle = small.norm();
   rotation = angle > 0 ? Matrix3d(turned * turn_about(small / angle, angle)) : turned;
+  turns = rotation != Matrix3d::Identity();
 }
 
 Loops::Loops(const Description& leg) : leg_(&leg), own_(own_joints(leg)) {
@@ -160,7 +178,9 @@ void Loops::walk(const std::vector<Step>& steps, const Pose& pose, Path& path) c
     switch (steps[i].kind) {
       case Step::Kind::transform:
         end += rotation * transforms_[index].translation;
-        rotation = rotation * transforms_[index].rotation;
+        if (transforms_[index].turns) {
+          rotation = rotation * transforms_[index].rotation;
+        }
         break;
       case Step::Kind::pose:
         end += rotation * pose.position;
@@ -172,7 +192,7 @@ void Loops::walk(const std::vector<Step>& steps, const Pose& pose, Path& path) c
         if (joint.kind == JointKind::slide) {
           end += values_[index] * frame.axis;
         } else {
-          rotation = rotation * turn_about(joint.axis, values_[index]);
+          turn(rotation, joint.axis, values_[index]);
         }
         break;
       }
@@ -196,12 +216,24 @@ void Loops::walk(const Pose& pose, const Joints& own_values) {
     Walked& walked = walked_[i];
     walk(loop.left, pose, walked.left);
     walk(loop.right, pose, walked.right);
-    const Matrix3d between = walked.left.rotation * walked.right.rotation.transpose();
-    walked.trace = between.trace();
-    walked.left_turns = (walked.trace * Matrix3d::Identity() - between) / 2;
-    walked.right_turns = walked.left_turns * between;
-    walked.apart = (walked.left.end - walked.right.end).normalized();
+    if (compares_rotation(loop.compares)) {
+      walked.between = walked.left.rotation * walked.right.rotation.transpose();
+      walked.trace = walked.between.trace();
+    }
+    if (loop.compares == Compares::distance) {
+      walked.apart = (walked.left.end - walked.right.end).normalized();
+    }
   }
+}
+
+Vector3d Loops::Walked::turned(const Vector3d& spin, bool is_left) const {
+  const Vector3d seen = is_left ? spin : Vector3d(between * spin);
+  return (trace * seen - between * seen) / 2;
+}
+
+Vector3d Loops::Walked::moment(const Vector3d& of_residual, bool is_left) const {
+  const Vector3d seen = (trace * of_residual - between.transpose() * of_residual) / 2;
+  return is_left ? seen : Vector3d(between.transpose() * seen);
 }
 
 Equations Loops::residual() const {
@@ -217,7 +249,7 @@ Equations Loops::residual() const {
                                        : lengths_[static_cast<std::size_t>(loop.length_transform)]);
       continue;
     }
-    const Matrix3d between = walked.left.rotation * walked.right.rotation.transpose();
+    const Matrix3d& between = walked.between;
     const Vector3d skew = Vector3d(between(2, 1) - between(1, 2), between(0, 2) - between(2, 0),
                                    between(1, 0) - between(0, 1)) /
                           2;
@@ -237,7 +269,6 @@ Columns Loops::columns() const {
     for (const bool left : {true, false}) {
       const Path& path = left ? walked.left : walked.right;
       const std::vector<Step>& steps = left ? loop.left : loop.right;
-      const Matrix3d& turns = left ? walked.left_turns : walked.right_turns;
       for (std::size_t k = 0; k < steps.size(); ++k) {
         const auto index = static_cast<std::size_t>(steps[k].index);
         if (steps[k].kind != Step::Kind::joint || column_[index] < 0) {
@@ -247,7 +278,9 @@ Columns Loops::columns() const {
         const Frame& frame = path.frames[k];
         const bool slides = joint.kind == JointKind::slide;
         const Vector3d move = slides ? frame.axis : frame.axis.cross(path.end - frame.start);
-        const Vector3d spin = slides ? Vector3d(Vector3d::Zero()) : Vector3d(turns * frame.axis);
+        const Vector3d spin = slides || !compares_rotation(loop.compares)
+                                  ? Vector3d(Vector3d::Zero())
+                                  : walked.turned(frame.axis, left);
         if (loop.compares == Compares::distance) {
           twist[0] = walked.apart.dot(move);
         } else {
@@ -284,9 +317,11 @@ void Loops::work(const Equations& closure, Work& work) const {
         }
       }
     }
-    work_of_path(loop.left, walked.left, force, walked.left_turns.transpose() * moment, work);
-    work_of_path(loop.right, walked.right, -force, -(walked.right_turns.transpose() * moment),
-                 work);
+    const bool turns = compares_rotation(loop.compares);
+    const Vector3d on_left = turns ? walked.moment(moment, true) : moment;
+    const Vector3d on_right = turns ? walked.moment(moment, false) : moment;
+    work_of_path(loop.left, walked.left, force, on_left, work);
+    work_of_path(loop.right, walked.right, -force, -on_right, work);
     row += equation_count(loop.compares);
   }
 }

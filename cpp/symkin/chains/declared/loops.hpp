@@ -29,6 +29,7 @@ struct TransformGeometry {
   explicit TransformGeometry(const TransformValues& values);
 
   Eigen::Matrix3d rotation;
+  bool turns;  // whether that is any
   Eigen::Vector3d translation;
   Eigen::Matrix<double, 3, kSlots> axes;
 };
@@ -80,9 +81,13 @@ class Loops {
   };
   struct Walked {
     Path left, right;
-    Eigen::Matrix3d left_turns, right_turns;  // from a spin at the end to the residual
-    Eigen::Vector3d apart;                    // of the points, of length one, of a distance
-    double trace;
+    Eigen::Matrix3d between = Eigen::Matrix3d::Identity();  // of the ends' rotations, if compared
+    double trace = 3;                                       // of that
+    Eigen::Vector3d apart;  // of the points, of length one, of a distance
+
+    // From a spin at the end of a path to the residual, and from what that does back.
+    Eigen::Vector3d turned(const Eigen::Vector3d& spin, bool is_left) const;
+    Eigen::Vector3d moment(const Eigen::Vector3d& of_residual, bool is_left) const;
   };
 
   void walk(const std::vector<Step>& steps, const Pose& pose, Path& path) const;
