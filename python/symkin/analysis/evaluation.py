@@ -399,7 +399,7 @@ def evaluate(
         unread=whole.size - partial - len(rows),
         partial=partial,
         closures=closures_of(model, measurements),
-        instrument=_instrument(model),
+        instrument=_instrument(model, measurements),
         notes=measurements.notes,
     )
 
@@ -418,11 +418,15 @@ def at_arm(differences: Array, poses: Array, arm: Array, space: PoseSpace) -> tu
     return steps[:, space.components], poses_of(space.name, there)
 
 
-def _instrument(model: Mechanism) -> dict[str, float] | None:
+def _instrument(model: Mechanism, measurements: Measurements) -> dict[str, float] | None:
     """What the declared noise of measured poses contributes."""
-    space, noise = model.space, model.noise
+    space, noise, seen = model.space, model.noise, measurements.poses[:, : model.space.size]
+    if measurements.points is not None and np.isnan(seen).all():
+        seen = measurements.points.reshape(-1, space.size)
+    places = noise.at(np.linalg.norm(seen, axis=1))
+    sigma = {"position": np.sqrt(np.mean(places**2)), "orientation": noise.orientation}
     counts = {"position": space.size, "orientation": len(space.rotation)}
-    shares = {kind: np.sqrt(counts[kind]) * getattr(noise, kind) for kind, _ in space.errors}
+    shares = {kind: np.sqrt(counts[kind]) * sigma[kind] for kind, _ in space.errors}
     return {kind: float(share) for kind, share in shares.items() if share > 0} or None
 
 

@@ -179,10 +179,10 @@ class Observed:
         deviations: dict[str, Any] = {}
 
         def noisy(name: str, values: Array) -> Array:
-            return values + errors(name, values.shape)
+            return values + errors(name, values, values.shape)
 
-        def errors(name: str, shape: tuple[int, ...]) -> Array:
-            deviation = OBSERVABLES[name].noise(noise, POSE_SPACES[space])
+        def errors(name: str, values: Array, shape: tuple[int, ...]) -> Array:
+            deviation = OBSERVABLES[name].noise(noise, POSE_SPACES[space], values)
             factor = np.exp(self.spread * random.normal(size=(rows, *[1] * (len(shape) - 1))))
             own = np.broadcast_to(np.asarray(deviation), shape) * factor
             if self.spread:
@@ -190,7 +190,8 @@ class Observed:
             larger = np.reshape(times, (-1, *[1] * (len(shape) - 1)))
             return np.asarray(own * larger * random.normal(size=shape))
 
-        poses = _pose_array(space, seen, errors("poses", (rows, dof)))
+        places = seen.translation[:, :size]
+        poses = _pose_array(space, seen, errors("poses", places, (rows, dof)))
         if not {"pose", "position"}.intersection(self.kinds):
             poses[:, :size] = np.nan
         if not {"pose", "orientation"}.intersection(self.kinds):

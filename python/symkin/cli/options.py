@@ -205,6 +205,7 @@ class Measured:
         if self.noise is None or (estimates and self.estimated):
             return mechanism
         units = {"position": "m", "orientation": "rad", "reading": mechanism.reading_unit}
+        units["per_metre"] = "1"
         said: dict[str, float] = {}
         for each in several_of(self.noise) or ():
             name, equal, text = each.partition("=")
@@ -217,6 +218,8 @@ class Measured:
                     param_hint="--noise",
                 )
             said[name] = value
+        if "position" in said:  # of which a device's preset would be more
+            said.setdefault("per_metre", 0.0)
         return mechanism.replace(noise=dataclasses.replace(mechanism.noise, **said))
 
 

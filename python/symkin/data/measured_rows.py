@@ -269,10 +269,11 @@ class MeasuredRows(Result):
         """
         found = {}
         for name, each in OBSERVABLES.items():
-            if getattr(self, name) is not None:
+            values = getattr(self, name)
+            if values is not None:
                 own = getattr(self, each.deviations)
                 shape = self._deviation_shape(name)
-                usual = np.broadcast_to(each.noise(noise, self.space), shape)
+                usual = np.broadcast_to(each.noise(noise, self.space, values), shape)
                 found[name] = usual if own is None else np.where(np.isnan(own), usual, own)
         return found
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from symkin.model.poses import PoseSpace
 from symkin.model.settings import NoiseSettings
@@ -61,7 +61,7 @@ class Observable:
     dimensions : int
         Of its array.
     noise : callable
-        Its standard deviation if rows say none, from the noise settings.
+        Its standard deviation if rows say none, from the noise settings and what was measured.
     stems : callable
         Its columns, without units; of poses that are read as such, those of its deviations.
     frames : tuple of str
@@ -75,7 +75,7 @@ class Observable:
     kind: str
     words: tuple[str, ...]
     dimensions: int
-    noise: Callable[[NoiseSettings, PoseSpace], ArrayLike]
+    noise: Callable[[NoiseSettings, PoseSpace, NDArray[np.float64]], ArrayLike]
     stems: Callable[[Sizes], list[Stem]]
     frames: tuple[str, ...] = ()
     numbered: str = ""
@@ -114,35 +114,43 @@ def _coordinates(space: PoseSpace, prefix: str = "") -> list[Stem]:
     return [(f"{prefix}{name}", unit) for name, unit in space.units.items()]
 
 
-def _pose_noise(noise: NoiseSettings, space: PoseSpace) -> ArrayLike:
-    return np.repeat([noise.position, noise.orientation], [space.size, len(space.rotation)])
+def _pose_noise(noise: NoiseSettings, space: PoseSpace, poses: NDArray[np.float64]) -> ArrayLike:
+    position = noise.at(_distance(poses[:, : space.size]))
+    turned = np.full(position.shape, noise.orientation)
+    return np.repeat([position, turned], [space.size, len(space.rotation)], axis=0).T
 
 
-def _position_noise(noise: NoiseSettings, _: PoseSpace) -> ArrayLike:
-    return noise.position
+def _point_noise(noise: NoiseSettings, _: PoseSpace, points: NDArray[np.float64]) -> ArrayLike:
+    return noise.at(_distance(points))[..., np.newaxis]
+
+
+def _distance(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """From the device, in whose frame they are."""
+    return np.asarray(np.linalg.norm(points, axis=-1))
 
 
 _NUMBER = "(0|[1-9][0-9]*)"
 # fmt: off
 _ALL = (
     Observable("readings", "reading_deviations", "readings", ("readings",), 2,
-               lambda noise, _: noise.reading,
+               lambda noise, *_: noise.reading,
                lambda of: [(f"psi_{leg + 1}", of.reading_unit) for leg in range(of.legs)]),
     Observable("poses", "pose_deviations", "pose", ("pose", "position", "orientation"), 2,
                _pose_noise, lambda of: _coordinates(of.space), ("base", "target")),
     Observable("reported", "reported_deviations", "reported pose", ("reported",), 2,
-               lambda _noise, _space: 0.0, lambda of: _coordinates(of.space, REPORTED)),
+               lambda *_: 0.0, lambda of: _coordinates(of.space, REPORTED)),
     Observable("points", "point_deviations", "points", ("points",), 3,
-               _position_noise,
+               _point_noise,
                lambda of: [(f"p{point + 1}_{axis}", "m")
                            for point in range(of.points) for axis in of.space.position],
                ("base", "points"), f"p{_NUMBER}_[{{axes}}]"),
     Observable("distances", "distance_deviations", "distances", ("distance",), 2,
-               _position_noise,
+               lambda noise, _, distances: noise.at(distances),
                lambda of: [(f"distance_{number + 1}", "m") for number in range(of.distances)],
                ("base", "target", "anchors"), f"distance_{_NUMBER}"),
     Observable("heights", "height_deviations", "heights", ("height",), 1,
-               _position_noise, lambda of: [("height", "m")] if of.space.size == 3 else [],
+               lambda noise, *_: noise.position,
+               lambda of: [("height", "m")] if of.space.size == 3 else [],
                ("target", "plane")),
 )
 # fmt: on

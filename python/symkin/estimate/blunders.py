@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -105,6 +106,9 @@ def estimated_noise(problem: Problem, fit: _core.JointFit) -> tuple[Problem, _co
             logs = np.log(list(before.values()))
             history.append((logs, np.log(list(improved.values())) - logs))
             improved = dict(zip(before, np.exp(_extrapolated(history)).tolist(), strict=True))
+        if "position" in improved:  # what distance adds to it grows alike
+            factor = improved["position"] / problem.noise.position
+            improved["per_metre"] = problem.noise.per_metre * factor
         noise = dataclasses.replace(problem.noise, **improved)
         problem = dataclasses.replace(problem, noise=noise)
         fit = problem.fit(nearest=problem.options.gauge == "nominal")
@@ -140,12 +144,13 @@ def _improved(problem: Problem, fit: _core.JointFit) -> tuple[dict[str, float], 
         "position": ~angular & (kinds != "readings") & (kinds != "reported pose"),
     }
     found, change = {}, 0.0
+    sigma = _deviations(taken.standard_deviations(problem.noise), rows)
     for name, of_group in groups.items():
         declared = getattr(problem.noise, name)
         used = of_group & np.isfinite(rows.t) & (rows.t != 0) & _undeclared(taken, rows)
         if declared == 0 or not used.any():
             continue
-        squares = (rows.residual[used] / declared) ** 2
+        squares = (rows.residual[used] / sigma[used]) ** 2
         redundancy = float(np.sum(squares / rows.t[used] ** 2))
         factor = math.sqrt(float(squares.sum()) / redundancy)
         found[name] = declared * factor
@@ -158,11 +163,17 @@ def _improved(problem: Problem, fit: _core.JointFit) -> tuple[dict[str, float], 
 
 def _undeclared(taken: Measurements, rows: Rows) -> NDArray[np.bool_]:
     """Which rows have no standard deviation of their own."""
-    free = np.ones(len(rows.pose), dtype=bool)
-    for kind, name in enumerate(each.deviations for each in OBSERVABLES.values()):
-        own = getattr(taken, name)
-        if own is not None:
-            of_kind = rows.kind == kind
-            flat = own.reshape(len(own), -1)
-            free[of_kind] = np.isnan(flat[rows.pose[of_kind], rows.index[of_kind]])
-    return free
+    own = {name: getattr(taken, each.deviations) for name, each in OBSERVABLES.items()}
+    return np.isnan(_deviations(own, rows))
+
+
+def _deviations(
+    tables: Mapping[str, NDArray[np.float64] | None], rows: Rows
+) -> NDArray[np.float64]:
+    """Those of each row, out of tables by what was observed; NaN where there is none."""
+    found = np.full(len(rows.pose), np.nan)
+    for kind, name in enumerate(OBSERVABLES):
+        table, own = tables.get(name), rows.kind == kind
+        if table is not None:
+            found[own] = table.reshape(len(table), -1)[rows.pose[own], rows.index[own]]
+    return found

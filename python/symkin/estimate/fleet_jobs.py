@@ -59,7 +59,8 @@ class Job:
     @property
     def is_together(self) -> bool:
         """Whether robots are identified as `identify` does, one by one."""
-        return bool(self.asked) or self.nominal.curvature is not None
+        noise = self.options.declared(self.nominal.noise)
+        return bool(self.asked or noise.per_metre) or self.nominal.curvature is not None
 
     def columns(self, robots: int) -> dict[str, Array]:
         """Columns of robots of which nothing is known yet."""

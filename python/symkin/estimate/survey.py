@@ -172,7 +172,7 @@ class Survey(Value):
         SymkinError
             For options that `identify` refuses, and for what nobody can know beforehand.
         """
-        observe = Observed.of(mechanism, observe)
+        observe = Observed.of(mechanism, observe or ("pose" if mechanism.noise.per_metre else None))
         given = {name: unknowns.get(name) for name in Unknowns.__annotations__}
         further = sorted(unknowns.keys() - given.keys())
         if further:

@@ -323,6 +323,7 @@ def mechanism_table(
             "position": quantity("m", "not negative"),
             "orientation": quantity("rad", "not negative"),
             "reading": quantity(unit, "not negative", "in the sensor's unit"),
+            "per_metre": quantity("1", "not negative", "m of position for each m from the device"),
         },
         settings=NoiseSettings,
     )

@@ -292,7 +292,7 @@ def _settings(mechanism: Mechanism) -> dict[str, tuple[_Values, Mapping[str, str
         ),
         "device": (_device(mechanism.device), {"kind": "symkin list --devices", "distance": "m"}),
         "noise": (
-            asdict(mechanism.noise),
+            {k: v for k, v in asdict(mechanism.noise).items() if v or k != "per_metre"},
             {"position": "m, standard deviation", "orientation": "rad", "reading": unit},
         ),
         "tolerances": (

@@ -34,6 +34,8 @@ class Device:
     position, orientation : float or None
         Standard deviation of a coordinate, a distance or a height, m; of an angle, rad. None where
         it measures no such thing.
+    per_metre : float
+        What each metre of distance adds to `position`.
     source : str
         Where these figures are from.
     frames : tuple of str
@@ -56,6 +58,7 @@ class Device:
     frames: tuple[str, ...] = ()
     points: int = 0
     distance: float = 0.0
+    per_metre: float = 0.0
     visit: Visit = "there_and_back"
     missing: str = ""
 
@@ -86,7 +89,8 @@ class Device:
     def noise(self) -> dict[str, float]:
         """Its standard deviations by the names of `NoiseSettings`."""
         both = {"position": self.position, "orientation": self.orientation}
-        return {name: value for name, value in both.items() if value is not None}
+        given = {name: value for name, value in both.items() if value is not None}
+        return given | ({"per_metre": self.per_metre} if self.per_metre else {})
 
     def require(self, space: PoseSpace) -> None:
         """Refuse a platform of which it sees nothing, and a device that symkin cannot serve yet.
@@ -113,10 +117,10 @@ class Device:
 _MPE = "half of the maximum permissible error"
 # fmt: off
 _ALL = (
-    Device("laser tracker, 3 reflectors", ("points",), 15e-6, None,
-           f"{_MPE} across the beam at 2.5 m, 15 um + 6 um/m (Leica AT500, user manual, section "
-           "2.8, which calls half of it typical)",
-           points=3, distance=2.5),
+    Device("laser tracker, 3 reflectors", ("points",), 7.5e-6, None,
+           f"{_MPE} across the beam, 15 um + 6 um/m (Leica AT500, user manual, section 2.8, which "
+           "calls half of it typical); along the beam it is better",
+           points=3, distance=2.5, per_metre=3e-6),
     Device("CMM", ("points",), 2e-6, None,
            f"{_MPE} of a bridge machine at 0.5 m, 2.2 um + L/300 (ISO 10360-2, such as Hexagon "
            "Global)",
@@ -184,12 +188,15 @@ def equipped(
         As `Device.require`.
     """
     device.require(space)
+    usual = device.noise()
+    if "position" in noise:
+        usual.pop("per_metre", None)
     unknown = identification or IdentificationSettings()
     own = device.unknown_frames(space, frames)
     if unknown.frames is None and own:
         identification = dataclasses.replace(unknown, frames=own)
     return {
         "device": device,
-        "noise": NoiseSettings(**{**device.noise(), **noise}),
+        "noise": NoiseSettings(**{**usual, **noise}),
         "identification": identification,
     }

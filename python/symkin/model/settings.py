@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from symkin.errors import SymkinError
 
@@ -118,11 +118,18 @@ class NoiseSettings:
         Of the angle, or of each component of the rotation vector, rad.
     reading : float
         Of a sensor reading, in the unit of the sensor (rad or m).
+    per_metre : float
+        What each metre from the measuring device to what it sees adds to `position`, m/m.
     """
 
     position: float = 1e-4
     orientation: float = 1e-4
     reading: float = 0.0
+    per_metre: float = 0.0
+
+    def at(self, distances: ArrayLike) -> NDArray[np.float64]:
+        """Standard deviation of a position so far from the device, m; NaN as if beside it."""
+        return np.asarray(self.position + self.per_metre * np.nan_to_num(distances))
 
 
 @dataclass(frozen=True)

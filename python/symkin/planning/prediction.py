@@ -422,13 +422,17 @@ def _remedies(
     changes: list[tuple[str, Mechanism, dict[str, Any]]] = [
         (
             f"half the noise of the {what}",
-            mechanism.replace(noise=dataclasses.replace(noise, **{name: getattr(noise, name) / 2})),
+            mechanism.replace(
+                noise=dataclasses.replace(
+                    noise, **{each: getattr(noise, each) / 2 for each in names}
+                )
+            ),
             {},
         )
-        for name, what in (
-            ("position", "measured positions"),
-            ("orientation", "measured orientations"),
-            ("reading", "sensor readings"),
+        for (name, *names), what in (
+            (("position", "position", "per_metre"), "measured positions"),
+            (("orientation", "orientation"), "measured orientations"),
+            (("reading", "reading"), "sensor readings"),
         )
         if getattr(noise, name) > 0 and (name != "position" or mechanism.space.moves)
     ]

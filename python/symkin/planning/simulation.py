@@ -187,7 +187,7 @@ def simulate_observed(
     actual = disturb(mechanism, seed) if actual is None else actual
     require_same_shape(actual, mechanism)
     sets = [_core.PoseSet(leg, plan.poses[rows], wanted) for leg, rows, wanted in _sets(plan)]
-    as_usual = observed == _FULL_POSES and not changes
+    as_usual = observed == _FULL_POSES and not changes and not mechanism.noise.per_metre
     noise = mechanism.noise if as_usual else NO_NOISE
     result = _core.simulate(actual.core, mechanism.core, sets, noise_of(noise), seed)
     taken = result.measurements

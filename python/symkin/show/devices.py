@@ -9,7 +9,7 @@ from symkin.model.settings import Frames
 from symkin.show.wording import given
 
 _WAYS = {"there_and_back": "there and back", "travel": "by the shortest way", "sets": "set by set"}
-_UNITS = {"position": "m", "orientation": "rad"}
+_UNITS = {"position": "m", "orientation": "rad", "per_metre": "m"}
 
 
 def device_in_words(device: Device) -> str:
@@ -25,7 +25,9 @@ def device_in_words(device: Device) -> str:
         unknown = ("plane",)
     parts = [
         f"{observed}",
-        f"noise {' and '.join(noise)}" if noise else "",
+        f"noise {' and '.join(noise)}" + " more a metre of distance" * bool(device.per_metre)
+        if noise
+        else "",
         f"{given(device.distance, 'm')} away" if device.distance else "",
         f"unknown {' and '.join(unknown)}" if unknown else "",
         f"poses for all legs at once, {_WAYS[device.visit]}",
@@ -41,6 +43,8 @@ def device_notes(mechanism: Mechanism) -> list[str]:
     preset: list[str] = []
     own: list[str] = []
     for name, value in device.noise().items():
+        if name == "per_metre":
+            continue
         if name not in [kind for kind, _ in mechanism.space.errors]:
             continue
         stated = getattr(mechanism.noise, name)

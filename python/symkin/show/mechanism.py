@@ -300,6 +300,9 @@ def _noise(mechanism: Mechanism) -> list[Sequence[str]]:
     rows: list[Sequence[str]] = [
         (kind, given(getattr(noise, kind), unit)) for kind, unit in mechanism.space.errors
     ]
+    if noise.per_metre:
+        more = given(noise.per_metre, "m")
+        rows.append(("position, more for each metre from the device", more))
     reading = given(noise.reading, mechanism.reading_unit) if noise.reading else "none"
     device = mechanism.device
     by = [] if device is None else [("measured by", device.kind)]

@@ -1,11 +1,14 @@
 # SPDX-License-Identifier: MIT
 """A measuring device sets what nobody has said otherwise."""
 
+import numpy as np
 import pytest
 
 import symkin
+from symkin.analysis.observed import Observed
 from symkin.errors import MechanismFileError, SymkinError
 from symkin.model.devices import DEVICES, device_of
+from symkin.model.settings import NoiseSettings
 from symkin.options import Observable, Visit
 from symkin.show.devices import device_in_words, device_notes
 
@@ -133,3 +136,47 @@ def test_a_run_of_a_robot_with_a_device_is_measured_by_it():
     after, before = result.after.aligned.position_rms, result.before.aligned.position_rms
     assert after < before / 5
     assert any(CAPTURE not in note and "camera" in note for note in result.summary().notes)
+
+
+def test_noise_grows_with_the_distance_from_the_device():
+    far = NoiseSettings(position=1e-4, per_metre=2e-4)
+    robot = symkin.load_mechanism("3RRR").replace(noise=far)
+    plan = symkin.plan(robot, 150, candidates=400, spares=9, method="random", prior="tolerances")
+    seen = Observed("position", base=(1.0, 0.0, 0.0))
+    exact = symkin.simulate(
+        robot.replace(noise=NoiseSettings(1e-300)), plan, 1, robot, observe=seen
+    ).measurements
+    noisy = symkin.simulate(robot, plan, 1, robot, observe=seen).measurements
+    away = np.linalg.norm(exact.poses[:, :2], axis=1)
+    errors = (noisy.poses - exact.poses)[:, :2] / (1e-4 + 2e-4 * away)[:, None]
+    assert errors.std() == pytest.approx(1, abs=0.12)
+    sigma = noisy.standard_deviations(far)["poses"]
+    assert sigma[:, 0] == pytest.approx(1e-4 + 2e-4 * away, rel=1e-2)
+    assert (sigma[:, 2] == far.orientation).all()
+
+
+def test_what_grows_with_distance_is_planned_for_and_estimated_with():
+    shipped = symkin.load_mechanism("3RRR")
+    near, far = (shipped.replace(noise=NoiseSettings(1e-4, per_metre=each)) for each in (0, 1e-4))
+    plans = [
+        symkin.plan(each, 20, candidates=200, spares=4, method="random") for each in (near, far)
+    ]
+    assert plans[0].basis.survey is None
+    assert plans[1].expected.position > 1.02 * plans[0].expected.position
+    found = symkin.identify(far, symkin.simulate(far, plans[1], seed=2))
+    assert found.estimator == "joint"
+    assert found.least < found.chi_square < found.limit
+    half = far.replace(noise=NoiseSettings(5e-5, per_metre=5e-5))
+    again = symkin.identify(half, found.measurements, noise="estimate").noise
+    assert again.per_metre == pytest.approx(again.position)  # as declared, of twice the size
+    assert again.position == pytest.approx(1e-4, rel=0.35)
+
+
+def test_whoever_says_a_position_noise_means_it_everywhere(tmp_path):
+    device = f'[device]\nkind = "{TRACKER}"\n'
+    robot = symkin.load_mechanism(with_file(tmp_path, "hexapod_jugglebot", device))
+    assert (robot.noise.position, robot.noise.per_metre) == (7.5e-6, 3e-6)
+    own = symkin.load_mechanism(
+        with_file(tmp_path, "hexapod_jugglebot", device, "[noise]\nposition = 1e-5\n")
+    )
+    assert (own.noise.position, own.noise.per_metre) == (1e-5, 0)
