@@ -417,8 +417,8 @@ reading_unit = "{reading_unit}"  # what the sensors read: "rad" or "m"
 [workspace]
 {bounds}{home}{length}conditioning_limit = 20  # leaves out poses near singularities
 
-# Standard deviations of what is measured. `symkin list --devices` has typical ones: a table
-# [device] with, say, kind = "motion capture" sets them, and what is observed and unknown then.
+# Standard deviations of what is measured. A table [device] with, say, kind = "motion capture" sets
+# those that are left out here, and what is observed and unknown then: see `symkin list --devices`.
 [noise]
 {noise}reading = 0
 

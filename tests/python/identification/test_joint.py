@@ -269,7 +269,7 @@ def test_estimators_that_look_at_one_leg_say_why_they_cannot(paper, taken, plan)
     [
         ({"gauge": "fixed"}, "gauge is 'fixed'; expected \"prior\""),
         ({"loss_per": "row"}, "loss_per is 'row'; expected \"pose\""),
-        ({"noise": "guess"}, "noise is 'guess'; expected \"estimate\""),
+        ({"noise": "guess"}, "noise is 'guess'; expected a NoiseSettings or \"estimate\""),
         ({"sensor": "cubic"}, "sensor is 'cubic'"),
     ],
 )
