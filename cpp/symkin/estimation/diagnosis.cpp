@@ -132,7 +132,7 @@ class Diagnostician {
 
   // Terms of a leg's readings, one row a pose, as they show in its closures.
   RowMatrix through_sensor(Index place, const RowMatrix& terms) const {
-    const Vector& by_reading = system_.rows[static_cast<std::size_t>(place)].by_reading;
+    const Vector& by_reading = system_.of_legs[static_cast<std::size_t>(place)].by_reading;
     RowMatrix shown(by_reading.size(), terms.cols());
     for (Index i = 0; i < shown.rows(); ++i) {
       shown.row(i) = by_reading[i] * terms.row(i / closures_);

@@ -62,24 +62,22 @@ void check_estimator(const ChainInfo& chain, Estimator estimator) {
 
 // Throws where a closure has no variance, naming the pose.
 void require_variances(const LegData& data, const WhitenedLeg& leg, const MeasurementNoise& noise) {
-  for (Index k = 0; k < leg.variances.size(); ++k) {
-    if (leg.variances[k] <= 0) {
-      joint_closure_factor(leg.rows.by_pose.row(k), leg.rows.by_reading.segment(k, 1), 1,
-                           data.model.info().pose_space, noise,
-                           data.rows[static_cast<std::size_t>(k / data.model.info().closures)]);
+  const Index closures = data.model.info().closures;
+  for (std::size_t k = 0; k < data.rows.size(); ++k) {
+    const Index first = static_cast<Index>(k) * closures;
+    if (leg.variances[first] <= 0) {
+      joint_closure_factor(leg.rows.by_pose.middleRows(first, closures),
+                           leg.rows.by_reading.segment(first, closures), closures,
+                           data.model.info().pose_space, noise, data.rows[k]);
     }
   }
 }
 
 void require_identifiable(const LegData& data, const WhitenedLeg& whitened, Index leg) {
   const LinearFit linear(whitened.rows.by_parameters, whitened.factors);
-  if (linear.clear()) {
-    return;
-  }
-  const RowMatrix combinations = linear.conditioning().unseen;
-  if (combinations.cols() > 0) {
-    RowMatrix unseen = RowMatrix::Zero(data.model.parameter_count(), combinations.cols());
-    unseen(data.estimated, kAll) = combinations;
+  if (linear.unseen().cols() > 0) {
+    RowMatrix unseen = RowMatrix::Zero(data.model.parameter_count(), linear.unseen().cols());
+    unseen(data.estimated, kAll) = linear.named_unseen();
     throw NotIdentifiable("the measurements of leg " + std::to_string(leg + 1) +
                               " do not show all of its " + std::to_string(data.estimated.size()) +
                               " parameters",
@@ -115,8 +113,8 @@ void describe_leg(const LegData& data, const LegEstimate& estimate, ConstVector 
   leg.iterations = estimate.outcome.iterations;
   leg.student_degrees = estimate.robust.student_degrees;
   leg.unguarded = estimate.unguarded;
-  leg.condition = condition || !linear.clear() ? linear.conditioning().condition
-                                               : std::numeric_limits<double>::quiet_NaN();
+  leg.condition =
+      condition || !linear.clear() ? linear.condition() : std::numeric_limits<double>::quiet_NaN();
   if (leg.converged && !(leg.standardised.allFinite() && !std::isinf(leg.condition))) {
     leg.converged = false;
     leg.failure = "the parameters that it ended at do not determine the closures";
@@ -154,8 +152,9 @@ LegInfluence influence_of(const LegData& data, const LegEstimate& estimate, Esti
   for (const Index row : data.rows) {
     leg.rows.insert(leg.rows.end(), static_cast<std::size_t>(closures), row);
   }
-  const RowMatrix influence = least_squares_influence(
-      rows.by_parameters, factors.cwiseProduct(estimate.loss_weights.cwiseSqrt()));
+  const RowMatrix influence =
+      LinearFit(rows.by_parameters, factors.cwiseProduct(estimate.loss_weights.cwiseSqrt()))
+          .influence();
   leg.influence = RowMatrix::Zero(estimate.parameters.size(), influence.cols());
   leg.influence(data.estimated, kAll) = influence;
   leg.by_pose = rows.by_pose;

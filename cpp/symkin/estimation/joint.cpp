@@ -3,10 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <memory>
 #include <numeric>
-#include <optional>
 #include <utility>
 
 #include "symkin/estimation/detail/latent_problem.hpp"
@@ -17,47 +17,38 @@
 #include "symkin/support/error.hpp"
 #include "symkin/support/not_identifiable.hpp"
 #include "symkin/support/null_directions.hpp"
+#include "symkin/support/random.hpp"
 
 namespace symkin {
 namespace {
 
 constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 
-// The rows of all poses, weighted by the loss, and below them those of the priors.
-RowMatrix stacked_rows(const LatentProblem& problem, const Vector& priors) {
-  std::vector<RowMatrix> poses;
-  Index count = 0;
-  for (std::size_t k = 0; k < problem.counts().size(); ++k) {
-    const auto pose = static_cast<Index>(k);
-    poses.push_back(std::sqrt(problem.weights()[pose]) * problem.as_eliminated(pose).jacobian);
-    count += poses.back().rows();
+// What the poses show, their variance so many times as large and weighted by the loss, and the
+// priors with them if they are to count.
+LinearFit shown_by(const LatentProblem& problem, const Vector& priors, const Vector& scale,
+                   double factor = 1, bool with_priors = true, bool by_rows = false) {
+  const Vector precisions = priors.cwiseAbs2().cwiseInverse();
+  RowMatrix square = problem.information();
+  if (factor != 1 || !with_priors) {
+    square.diagonal() -= precisions;
+    square /= factor;
+    square.diagonal() += (with_priors ? 1 : 0) * precisions;
   }
-  const Index columns = priors.size();
-  RowMatrix rows = RowMatrix::Zero(count + columns, columns);
-  Index first = 0;
-  for (const RowMatrix& pose : poses) {
-    rows.middleRows(first, pose.rows()) = pose;
-    first += pose.rows();
-  }
-  rows.bottomRows(columns).diagonal() = priors.cwiseInverse();
-  return rows;
-}
-
-// Whether squaring the rows into an information matrix has cost half of the digits at most; else
-// they have to be asked.
-constexpr double kLeastPivot = 1e-6;
-bool well_determined(const RowMatrix& information, ScaledCholesky& cholesky) {
-  cholesky.compute(information);
-  return information.size() > 0 && cholesky.least_pivot() > kLeastPivot;
-}
-
-// What rows do not show, see null_space(), from their square where that shows it clearly.
-std::optional<RowMatrix> clearly_unseen(const RowMatrix& information, const Vector& scale) {
-  std::optional<RowMatrix> null = clear_null_space(information, kLeastPivot);
-  if (!null || null->cols() == 0) {
-    return null;
-  }
-  return column_space(scale.cwiseInverse().asDiagonal() * *null).basis;
+  const auto rows = [&] {
+    WhitenedSystem system = problem.system();
+    Index block = 0;
+    for (Index pose = 0; pose < problem.weights().size(); ++pose) {
+      if (problem.counts()[static_cast<std::size_t>(pose)] > 0) {
+        const Index first = system.first[static_cast<std::size_t>(block)];
+        system.jacobian.middleRows(first, system.conditions(block++)) *=
+            std::sqrt(problem.weights()[pose] / factor);
+      }
+    }
+    const Index below = with_priors ? priors.array().isFinite().count() : 0;
+    return RowMatrix(system.jacobian.topRows(system.rows() + below));
+  };
+  return {std::move(square), scale, rows, by_rows};
 }
 
 // Rows A with A z = 0 for what is nearest to the start among z + N a: N' W z = 0. `unseen` is in
@@ -71,17 +62,6 @@ RowMatrix nearest_to_start(const RowMatrix& unseen, const Vector& tolerances, co
     weights[i] = tolerances[i] > 0 ? 1 : kFree * kFree;
   }
   return unseen.transpose() * weights.asDiagonal() * scale.cwiseInverse().asDiagonal();
-}
-
-// The covariance of the solution that obeys the rows A z = 0 exactly, from any that obeys them. By
-// orthogonal factors: rows that hold what nothing shows make the normal equations too coarse.
-RowMatrix inverse_of(const RowMatrix& rows, const Vector& scale) {
-  const RowMatrix scaled = rows * scale.asDiagonal();
-  const Vector lengths = inverse_column_lengths(scaled);
-  const RowMatrix factor = triangular_factor(scaled * lengths.asDiagonal());
-  const RowMatrix half =
-      scale.cwiseProduct(lengths).asDiagonal() * lower_inverse(factor.transpose()).transpose();
-  return product(half, half.transpose());
 }
 
 Vector typical_sizes(const Mechanism& mechanism, const Setup& start, const Layout& layout,
@@ -126,10 +106,14 @@ void check_options(const Mechanism& mechanism, const Observations& observations,
   }
 }
 
-[[noreturn]] void refuse(const RowMatrix& unseen, const Vector& scale) {
-  throw NotIdentifiable("the observations do not show all of the " + std::to_string(scale.size()) +
-                            " unknowns, and no prior holds the rest",
-                        named_directions(unseen, scale));
+// Throws where something is unseen.
+void require_all(const LinearFit& shown) {
+  if (shown.unseen().cols() > 0) {
+    throw NotIdentifiable("the observations do not show all of the " +
+                              std::to_string(shown.unseen().rows()) +
+                              " unknowns, and no prior holds the rest",
+                          shown.named_unseen());
+  }
 }
 
 // Statistics of the rows of one pose, for estimates of this covariance of the columns.
@@ -194,75 +178,31 @@ double judge(Index rank, Index priors, BlockLosses& losses, JointFit& fit) {
 }
 
 // What is said of ranks and covariances at the problem's present state.
-void determine(const LatentProblem& problem, const RowMatrix& information, const Layout& layout,
-               const Vector& tolerances, const Vector& scale, BlockLosses& losses, JointFit& fit) {
-  RowMatrix& unscaled = fit.model_covariance;
+void determine(const LatentProblem& problem, const Layout& layout, const Vector& tolerances,
+               const Vector& scale, BlockLosses& losses, JointFit& fit) {
+  const Vector& priors = layout.prior;
   const Index columns = layout.columns();
-  const Vector precisions = layout.prior.cwiseAbs2().cwiseInverse();
-  Index priors = 0;
-  for (const double precision : precisions) {
-    priors += precision > 0 ? 1 : 0;
+  const Index prior_count = priors.array().isFinite().count();
+  const LinearFit all = shown_by(problem, priors, scale, 1, true, true);
+  RowMatrix unseen = all.unseen();
+  if (prior_count > 0) {
+    unseen = shown_by(problem, priors, scale, 1, false).unseen();
   }
-  RowMatrix data = information;
-  data.diagonal() -= precisions;
-  ScaledCholesky cholesky;
-  if (well_determined(information, cholesky)) {
-    unscaled = cholesky.inverse();
-    const std::optional<RowMatrix> unseen =
-        priors == 0 ? std::optional(RowMatrix(columns, 0)) : clearly_unseen(data, scale);
-    if (unseen) {
-      fit.rank = columns;
-      fit.data_rank = columns - unseen->cols();
-      fit.unseen = unseen->cols() > 0 ? named_directions(*unseen, Vector::Ones(columns)) : *unseen;
-      const double factor = judge(fit.rank, priors, losses, fit);
-      if (factor == 1) {
-        fit.covariance = unscaled;
-        return;
-      }
-      data /= factor;
-      data.diagonal() += precisions;
-      if (well_determined(data, cholesky)) {
-        fit.covariance = cholesky.inverse();
-        return;
-      }
-    }
-  }
-  const RowMatrix rows = stacked_rows(problem, layout.prior);
-  const Index of_data = rows.rows() - columns;
-  const NullSpace of_data_alone = null_space(rows.topRows(of_data), scale);
-  const NullSpace of_all = null_space(rows, scale);
-  fit.data_rank = of_data_alone.rank();
-  fit.rank = of_all.rank();
-  fit.unseen = of_data_alone.directions.cols() > 0
-                   ? named_directions(of_data_alone.directions, Vector::Ones(columns))
-                   : of_data_alone.directions;
-  fit.gauge_directions = of_all.directions.cols();
-  const double factor = judge(fit.rank, priors, losses, fit);
-
-  // What no row shows is held by rows of its own, and taken out again.
-  const RowMatrix held = nearest_to_start(of_all.directions, tolerances, scale);
-  RowMatrix full(rows.rows() + held.rows(), columns);
-  full << rows, held;
-  const auto projected = [&](RowMatrix covariance) {
-    if (held.rows() > 0) {
-      const RowMatrix n = scale.asDiagonal() * of_all.directions;
-      const RowMatrix onto = RowMatrix::Identity(columns, columns) -
-                             product(product(n, inverse(product(held, n))), held);
-      covariance = product(product(onto, covariance), onto.transpose());
-    }
-    return covariance;
-  };
-  fit.covariance = unscaled = projected(inverse_of(full, scale));
+  fit.rank = all.rank();
+  fit.gauge_directions = columns - fit.rank;
+  fit.data_rank = columns - unseen.cols();
+  fit.unseen = unseen.cols() > 0 ? named_directions(unseen, Vector::Ones(columns)) : unseen;
+  const double factor = judge(fit.rank, prior_count, losses, fit);
+  const RowMatrix held = nearest_to_start(all.unseen(), tolerances, scale);
+  fit.covariance = fit.model_covariance = all.covariance(held);
   if (factor != 1) {
-    full.topRows(of_data) /= std::sqrt(factor);
-    fit.covariance = projected(inverse_of(full, scale));
+    fit.covariance = shown_by(problem, priors, scale, factor).covariance(held);
   }
 }
 
 // Everything that is said of the fit at the problem's present state.
-void describe(const LatentProblem& problem, const RowMatrix& information, const Layout& layout,
-              const Vector& tolerances, const Vector& scale, BlockLosses& losses, bool rows,
-              JointFit& fit) {
+void describe(const LatentProblem& problem, const Layout& layout, const Vector& tolerances,
+              const Vector& scale, BlockLosses& losses, bool rows, JointFit& fit) {
   fit.setup = problem.setup();
   fit.change = problem.change();
   fit.poses = problem.poses();
@@ -277,8 +217,8 @@ void describe(const LatentProblem& problem, const RowMatrix& information, const 
     }
   }
   fit.chi_square_data = fit.chi_squares.sum();
-  fit.chi_square_prior = fit.change.cwiseQuotient(layout.prior).squaredNorm();
-  determine(problem, information, layout, tolerances, scale, losses, fit);
+  fit.chi_square_prior = problem.prior_squares();
+  determine(problem, layout, tolerances, scale, losses, fit);
   for (Index pose = 0; rows && pose < fit.poses.rows(); ++pose) {
     if (!problem.aside()[static_cast<std::size_t>(pose)]) {
       add_rows(pose, problem.as_eliminated(pose), fit.model_covariance, fit.rows);
@@ -297,8 +237,7 @@ class JointSolver {
         layout_(&layout),
         options_(&options),
         scale_(std::move(scale)),
-        problem_(std::make_unique<LatentProblem>(std::move(problem))),
-        held_(0, layout.columns()) {}
+        problem_(std::make_unique<LatentProblem>(std::move(problem))) {}
   JointSolver(const JointSolver& other)
       : mechanism_(other.mechanism_),
         observations_(other.observations_),
@@ -306,7 +245,6 @@ class JointSolver {
         options_(other.options_),
         scale_(other.scale_),
         problem_(std::make_unique<LatentProblem>(*other.problem_)),
-        held_(other.held_),
         open_(other.open_),
         outcome_(other.outcome_),
         cost_(other.cost_) {}
@@ -322,10 +260,11 @@ class JointSolver {
   bool converged() const { return outcome_.converged; }
   double cost() const { return cost_; }
   void move(const Vector& change) { problem_->step(change); }
-  ConditionBlocks blocks() const;
-  std::vector<Index> guard(const ConditionBlocks& blocks) const;
+  WhitenedSystem system() const { return problem_->system(); }
+  std::vector<Index> guard(const WhitenedSystem& system) const;
 
  private:
+  bool look_at_start(NormalEquations& at_start);
   // Whether there are directions that nothing shows; holds them.
   bool hold_unseen();
 
@@ -335,61 +274,69 @@ class JointSolver {
   const JointOptions* options_;
   Vector scale_;
   std::unique_ptr<LatentProblem> problem_;
-  RowMatrix held_;
-  bool open_ = false;  // whether `held_` holds anything
+  bool open_ = false;  // whether something is held
   SolverOutcome outcome_;
   double cost_ = 0;
 };
 
 bool JointSolver::hold_unseen() {
-  ScaledCholesky cholesky;
-  if (well_determined(problem_->information(), cholesky)) {
+  const bool refuse = options_->gauge == Gauge::refuse;
+  const LinearFit shown = shown_by(*problem_, layout_->prior, scale_, 1, true, !refuse);
+  if (refuse) {
+    require_all(shown);
+  }
+  problem_->constrain(nearest_to_start(shown.unseen(), tolerances_of(*layout_, *options_), scale_));
+  return shown.unseen().cols() > 0;
+}
+
+// A fit that is free to go along what nothing shows would go far, and one that will be refused is
+// never begun. What is hidden at the start alone, such as the angle of an offset without length, is
+// not hidden a step away. Returns whether the problem is still as it was linearised.
+bool JointSolver::look_at_start(NormalEquations& at_start) {
+  constexpr double kNothing = 1e-13;  // a pivot of a diagonal of ones
+  constexpr std::uint64_t kSeed = 4;
+  if (!problem_->linearise(at_start)) {
     return false;
   }
-  if (options_->gauge == Gauge::refuse) {
-    const auto unseen = clearly_unseen(problem_->information(), scale_);
-    if (unseen && unseen->cols() > 0) {
-      refuse(*unseen, scale_);
-    }
+  if (options_->gauge != Gauge::refuse) {
+    open_ = hold_unseen();
+    return !open_;
   }
-  const NullSpace null = null_space(stacked_rows(*problem_, layout_->prior), scale_);
-  const bool open = null.directions.cols() > 0;
-  if (open && options_->gauge == Gauge::refuse) {
-    refuse(null.directions, scale_);
+  ScaledCholesky cholesky;
+  cholesky.compute(at_start.information);
+  if (cholesky.least_pivot() > kNothing) {
+    return true;
   }
-  held_ = nearest_to_start(null.directions, tolerances_of(*layout_, *options_), scale_);
-  problem_->constrain(held_);
-  return open;
+  LatentProblem away = *problem_;
+  Random random(kSeed);
+  away.step(scale_.unaryExpr([&](double size) { return size * random.normal(); }));
+  NormalEquations there;
+  if (away.linearise(there)) {
+    require_all(shown_by(away, layout_->prior, scale_));
+  }
+  return true;
 }
 
 void JointSolver::solve(const BlockLosses& losses) {
   constexpr int kMaxPasses = 20;
-  constexpr double kNothing = 1e-13;  // a pivot of a diagonal of ones
-  constexpr double kStill = 1e-9;     // of the columns, in their typical sizes
-  constexpr int kRobustSteps = 5;     // times those without a loss, whose weights settle afterwards
+  constexpr double kStill = 1e-9;  // of the columns, in their typical sizes
+  constexpr int kRobustSteps = 5;  // times those without a loss, whose weights settle afterwards
   problem_->set_losses(losses);
   SolverWorkspace room;
-  // Frames and a gauge are hardly ever seen in full: a fit that is free to go along what nothing
-  // shows would go far.
-  if (options_->gauge != Gauge::refuse && problem_->information().size() == 0) {
-    NormalEquations at_start;
-    open_ = problem_->linearise(at_start) && hold_unseen();
+  SolverOptions solver{(losses.any() ? kRobustSteps : 1) * options_->max_iterations};
+  // Who asks for estimates and deviations alone does without half of their digits.
+  solver.last_step = options_->rows ? solver.last_step : 5e-6;
+  if (problem_->information().size() == 0) {
+    solver.linearised = look_at_start(room.now);
   }
   Vector before = problem_->change();
   for (int pass = 0;; ++pass) {
-    SolverOptions solver{(losses.any() ? kRobustSteps : 1) * options_->max_iterations};
     if (problem_->starts_near()) {
       solver.damping = 0;  // two steps less
     }
-    // What is refused in the end is refused at once.
-    solver.least_pivot = options_->gauge == Gauge::refuse && pass == 0 ? kNothing : -1;
     const int iterations = outcome_.iterations;
     outcome_ = minimise(*problem_, solver, room);
-    if (outcome_.undetermined) {
-      hold_unseen();  // unless what the square does not show is there after all
-      solver.least_pivot = -1;
-      outcome_ = minimise(*problem_, solver, room);
-    }
+    solver.linearised = false;
     outcome_.iterations += iterations;
     cost_ = room.now.cost;
     if (problem_->information().size() == 0) {
@@ -404,7 +351,7 @@ void JointSolver::solve(const BlockLosses& losses) {
     const double change =
         (problem_->change() - before).cwiseQuotient(scale_).lpNorm<Eigen::Infinity>();
     before = problem_->change();
-    if (open_ && ((pass == 0 && !held) || change > kStill)) {
+    if (held != open_ || (open_ && change > kStill)) {
       if (pass == kMaxPasses) {
         outcome_.converged = false;
         outcome_.failure = "what nothing shows still moves the estimate";
@@ -418,47 +365,14 @@ void JointSolver::solve(const BlockLosses& losses) {
   }
 }
 
-ConditionBlocks JointSolver::blocks() const {
-  ConditionBlocks blocks;
-  std::vector<LinearPose> poses;
-  for (std::size_t k = 0; k < problem_->counts().size(); ++k) {
-    LinearPose pose = problem_->linear(static_cast<Index>(k));
-    if (pose.count() > 0) {
-      poses.push_back(std::move(pose));
-      blocks.first.push_back(blocks.rows() + poses.back().count());
-    }
-  }
-  std::vector<Index> with_prior;
-  for (Index i = 0; i < layout_->columns(); ++i) {
-    if (std::isfinite(layout_->prior[i])) {
-      with_prior.push_back(i);
-    }
-  }
-  const auto priors = static_cast<Index>(with_prior.size());
-  blocks.jacobian.setZero(blocks.rows() + priors + held_.rows(), layout_->columns());
-  blocks.residual.setZero(blocks.jacobian.rows());
-  for (std::size_t k = 0; k < poses.size(); ++k) {
-    blocks.jacobian.middleRows(blocks.first[k], poses[k].count()) = poses[k].jacobian;
-    blocks.residual.segment(blocks.first[k], poses[k].count()) = poses[k].conditions;
-  }
-  for (Index i = 0; i < priors; ++i) {
-    const Index column = with_prior[static_cast<std::size_t>(i)];
-    blocks.jacobian(blocks.rows() + i, column) = 1 / layout_->prior[column];
-    blocks.residual[blocks.rows() + i] = problem_->change()[column] / layout_->prior[column];
-  }
-  blocks.jacobian.bottomRows(held_.rows()) = held_;
-  blocks.residual.tail(held_.rows()) = held_ * problem_->change();
-  return blocks;
-}
-
-std::vector<Index> JointSolver::guard(const ConditionBlocks& blocks) const {
+std::vector<Index> JointSolver::guard(const WhitenedSystem& system) const {
   std::vector<Index> poses;
   for (std::size_t k = 0; k < problem_->counts().size(); ++k) {
     if (problem_->counts()[k] > 0) {
       poses.push_back(static_cast<Index>(k));
     }
   }
-  return unguarded(blocks, options_->loss, "the fit", poses);
+  return unguarded(system, options_->loss, "the fit", poses);
 }
 
 }  // namespace
@@ -488,8 +402,7 @@ JointFit fit_jointly(const Mechanism& mechanism, const Setup& start,
   fit.iterations = solver.outcome().iterations;
   fit.unguarded = std::move(unguarded);
   const LatentProblem& problem = solver.problem();
-  describe(problem, problem.information(), layout, tolerances_of(layout, options), scale, losses,
-           options.rows, fit);
+  describe(problem, layout, tolerances_of(layout, options), scale, losses, options.rows, fit);
   return fit;
 }
 

@@ -70,9 +70,9 @@ void closure_variances(const ClosureRows& rows, PoseSpace space, const Measureme
   }
 }
 
-RowMatrix joint_closure_factor(const RowMatrix& by_pose, const Vector& by_reading, Index closures,
-                               PoseSpace space, const MeasurementNoise& noise, Index pose) {
-  constexpr double kSingular = 1e-12;  // of a variance: what is left once the other legs are known
+RowMatrix closure_factor(const RowMatrix& by_pose, const Vector& by_reading, Index closures,
+                         PoseSpace space, const MeasurementNoise& noise) {
+  constexpr double kSingular = 1e-12;  // of a variance: what is left once the others are known
   RowMatrix covariance =
       product(by_pose * noise.pose_variances(space).asDiagonal(), by_pose.transpose());
   for (Index first = 0; first < by_reading.size(); first += closures) {
@@ -84,8 +84,16 @@ RowMatrix joint_closure_factor(const RowMatrix& by_pose, const Vector& by_readin
                                std::numeric_limits<double>::quiet_NaN());
   }
   RowMatrix factor = cholesky_factor(covariance);
-  if (factor.size() == 0 ||
-      (factor.diagonal().array().square() < kSingular * covariance.diagonal().array()).any()) {
+  const bool singular =
+      factor.size() > 0 &&
+      (factor.diagonal().array().square() < kSingular * covariance.diagonal().array()).any();
+  return singular ? RowMatrix() : factor;
+}
+
+RowMatrix joint_closure_factor(const RowMatrix& by_pose, const Vector& by_reading, Index closures,
+                               PoseSpace space, const MeasurementNoise& noise, Index pose) {
+  RowMatrix factor = closure_factor(by_pose, by_reading, closures, space, noise);
+  if (factor.size() == 0) {
     throw InvalidInput("the closures of pose " + std::to_string(pose + 1) +
                        " have a singular covariance (more legs than degrees of freedom, or a "
                        "singular pose); declare a noise of the readings above zero");

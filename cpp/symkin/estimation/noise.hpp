@@ -23,11 +23,14 @@ Vector closure_variances(const ClosureRows& rows, PoseSpace space, const Measure
 void closure_variances(const ClosureRows& rows, PoseSpace space, const MeasurementNoise& noise,
                        Vector& variances);
 
-// Cholesky factor L of the covariance of several legs' closures at one pose, which share its error:
+// Cholesky factor L of the covariance of some legs' closures at one pose, which share its error:
 //   L L' = H Sigma H' + B B' sigma_q^2, m^2, H the legs' stacked dh/dpose, B their dh/dpsi, each
 // leg's, of so many closures, in a column of its own.
-// NaN for derivatives that are not finite. Throws InvalidInput, naming the pose, if the covariance
-// is singular: more legs than degrees of freedom need a noise of the readings.
+// NaN for derivatives that are not finite; empty where the covariance is singular.
+RowMatrix closure_factor(const RowMatrix& by_pose, const Vector& by_reading, Index closures,
+                         PoseSpace space, const MeasurementNoise& noise);
+// The same of several legs. Throws InvalidInput, naming the pose, where it is singular: more legs
+// than degrees of freedom need a noise of the readings.
 RowMatrix joint_closure_factor(const RowMatrix& by_pose, const Vector& by_reading, Index closures,
                                PoseSpace space, const MeasurementNoise& noise, Index pose);
 

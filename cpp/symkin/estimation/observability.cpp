@@ -2,14 +2,15 @@
 #include "symkin/estimation/observability.hpp"
 
 #include <cmath>
+#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "symkin/estimation/detail/whitened_closures.hpp"
 #include "symkin/kinematics/inverse_kinematics.hpp"
 #include "symkin/support/dense.hpp"
 #include "symkin/support/error.hpp"
-#include "symkin/support/interrupt.hpp"
 #include "symkin/support/scale_rows.hpp"
 
 namespace symkin {
@@ -72,25 +73,26 @@ RowMatrix paper_rows_of_all(const Mechanism& mechanism, ConstRows poses) {
   return rows;
 }
 
-// The closures of some legs at pose i, whitened together; `block` is of zeros, (legs k) x the
-// legs' parameters.
-void whiten_pose(const std::vector<ClosureRows>& legs, Index i, const Mechanism& mechanism,
-                 const MeasurementNoise& noise, Eigen::Ref<RowMatrix> block) {
-  const Index closures = mechanism.closures();
-  Index column = 0;
-  RowMatrix by_pose(block.rows(), legs.front().by_pose.cols());
-  Vector by_reading(block.rows());
-  for (std::size_t leg = 0; leg < legs.size(); ++leg) {
-    const ClosureRows& rows = legs[leg];
-    const Index first = static_cast<Index>(leg) * closures;
-    by_pose.middleRows(first, closures) = rows.by_pose.middleRows(i * closures, closures);
-    by_reading.segment(first, closures) = rows.by_reading.segment(i * closures, closures);
-    const Index p = rows.by_parameters.cols();
-    block.block(first, column, closures, p) = rows.by_parameters.middleRows(i * closures, closures);
-    column += p;
+// The closures of some legs, whitened together at each pose; NaN where one of them cannot reach.
+RowMatrix whitened_rows(const Mechanism& mechanism, const std::vector<Index>& legs, ConstRows poses,
+                        const MeasurementNoise& noise) {
+  constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+  const Index count = poses.rows();
+  MeasurementSet exact{poses, RowMatrix::Constant(count, mechanism.leg_count(), kNan),
+                       std::vector<Index>(static_cast<std::size_t>(count), -1)};
+  for (const Index leg : legs) {
+    exact.readings.col(leg) = inverse_kinematics(mechanism, leg, poses);
   }
-  block = lower_solution(
-      joint_closure_factor(by_pose, by_reading, closures, mechanism.pose_space(), noise, i), block);
+  const WhitenedClosures system = whiten_closures(mechanism, exact, legs, PoseUse::all, noise);
+  const Index of_pose = static_cast<Index>(legs.size()) * mechanism.closures();
+  RowMatrix rows = RowMatrix::Constant(count * of_pose, system.jacobian.cols(), kNan);
+  for (const WhitenedPose& pose : system.poses) {
+    if (pose.count() == of_pose) {
+      rows.middleRows(pose.row * of_pose, of_pose) =
+          system.jacobian.middleRows(pose.first, of_pose);
+    }
+  }
+  return rows;
 }
 
 }  // namespace
@@ -102,16 +104,10 @@ RowMatrix observability_rows(const Mechanism& mechanism, Index leg, ConstRows po
   }
   noise.check();
   check_poses(mechanism, poses);
-  ClosureRows rows = linearise_nominal(mechanism, leg, poses);
-  const Index closures = mechanism.closures();
-  if (closures > 1) {
-    RowMatrix whitened = RowMatrix::Zero(rows.by_parameters.rows(), rows.by_parameters.cols());
-    const std::vector<ClosureRows> alone{std::move(rows)};
-    for (Index i = 0; i < poses.rows(); ++i) {
-      whiten_pose(alone, i, mechanism, noise, whitened.middleRows(i * closures, closures));
-    }
-    return whitened;
+  if (mechanism.closures() > 1) {
+    return whitened_rows(mechanism, {leg}, poses, noise);
   }
+  ClosureRows rows = linearise_nominal(mechanism, leg, poses);
   scale_rows(rows.by_parameters,
              closure_variances(rows, mechanism.pose_space(), noise).array().sqrt().inverse());
   return std::move(rows.by_parameters);
@@ -124,18 +120,7 @@ RowMatrix mechanism_rows(const Mechanism& mechanism, ConstRows poses, RowKind ki
   }
   noise.check();
   check_poses(mechanism, poses);
-  const Index legs = mechanism.leg_count();
-  std::vector<ClosureRows> linearised;
-  for (Index leg = 0; leg < legs; ++leg) {
-    linearised.push_back(linearise_nominal(mechanism, leg, poses));
-  }
-  const Index of_pose = legs * mechanism.closures();
-  RowMatrix rows = RowMatrix::Zero(poses.rows() * of_pose, mechanism.first_estimated(legs));
-  for (Index i = 0; i < poses.rows(); ++i) {
-    check_interrupt();
-    whiten_pose(linearised, i, mechanism, noise, rows.middleRows(i * of_pose, of_pose));
-  }
-  return rows;
+  return whitened_rows(mechanism, all_legs(mechanism.leg_count()), poses, noise);
 }
 
 Observability analyse_observability(ConstRows rows, ConstVector scale) {

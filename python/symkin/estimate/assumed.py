@@ -8,7 +8,6 @@ the device's scale, a bed that is taken as flat. Least squares answers to first 
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -18,22 +17,19 @@ from symkin import _core
 from symkin.errors import SymkinError
 from symkin.estimate.problem import Problem
 from symkin.estimate.unknowns import BED, SCALE, Layout
+from symkin.estimate.whitened import information_of, whitened_rows
 from symkin.model.core_setup import scalar_values
 from symkin.values import Value, record
 
 __all__ = [
     "Assumed",
     "assumed_of",
-    "inverse_of",
     "moved_by",
-    "sizes_of",
-    "whitened_rows",
     "widened",
     "with_assumed",
 ]
 
 Array = NDArray[np.float64]
-_RANK = 1e-12  # of the largest eigenvalue, with the unknowns in their typical sizes
 
 
 @record
@@ -93,8 +89,7 @@ def moved_by(
     """
     named = np.array([bool(name) for name in layout.scalars])
     own = rows @ layout.by_columns[named]
-    information = np.einsum("nri,nrj->ij", own, own) + np.diag(layout.prior**-2.0)
-    answer = inverse_of(information, sizes_of(layout))
+    answer = information_of(layout, own)[1]
     found = []
     for name, (unit, deviation) in declared.items():
         if name == SCALE:
@@ -136,26 +131,3 @@ def widened(covariance: Array, assumed: Sequence[Assumed]) -> Array:
     for each in assumed:
         total += each.deviation**2 * np.outer(each.moves, each.moves)
     return total
-
-
-def whitened_rows(problem: Problem, fit: _core.JointFit) -> Array:
-    """Whitened rows of every pose at the estimate, shape (N, r, unknowns); zeros where aside."""
-    measurements = problem.measurements
-    there = dataclasses.replace(measurements, readings=measurements.readings + fit.reading_errors)
-    seen = problem.observed_in(there)
-    rows = problem.layout.rows_of(problem.mechanism.straight, fit.setup, seen, fit.poses)
-    return np.nan_to_num(rows)
-
-
-def sizes_of(layout: Layout) -> Array:
-    """Typical sizes of the unknowns: tolerances, else priors, else a millimetre."""
-    tolerances, priors = layout.column_tolerances, layout.prior
-    return np.where(tolerances > 0, tolerances, np.where(np.isfinite(priors), priors, 1e-3))
-
-
-def inverse_of(information: Array, sizes: Array) -> Array:
-    """Of what is shown; nothing of what is not, which no pose moves."""
-    values, vectors = np.linalg.eigh(information * np.outer(sizes, sizes))
-    shown = values > _RANK * values[-1]
-    half = vectors[:, shown] / np.sqrt(values[shown])
-    return np.asarray(half @ half.T * np.outer(sizes, sizes))

@@ -19,11 +19,12 @@ from symkin.analysis.reflectors import is_tracked
 from symkin.analysis.workspace import sample_workspace
 from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError
-from symkin.estimate.assumed import inverse_of, sizes_of, whitened_rows, with_assumed
+from symkin.estimate.assumed import with_assumed
 from symkin.estimate.blunders import without_blunders
 from symkin.estimate.found import Found
 from symkin.estimate.problem import KINDS, OBSERVED, Problem
 from symkin.estimate.survey import HeldByPriors, Survey, form_of
+from symkin.estimate.whitened import information_of, typical_sizes, whitened_rows
 from symkin.model.mechanism import Mechanism
 from symkin.values import Value, field, record
 
@@ -356,9 +357,7 @@ class Influence(Value):
         elif options.loss != "none":
             return None
         rows = whitened_rows(problem, fit)
-        sizes = sizes_of(problem.layout)
-        information = np.einsum("nri,nrj->ij", rows, rows) + np.diag(problem.layout.prior**-2.0)
-        covariance = inverse_of(information, sizes)
+        information, covariance = information_of(problem.layout, rows)
         deviations = np.sqrt(np.diag(covariance))
         names = problem.layout.names
         count = len(found.measurements.poses)
@@ -374,7 +373,7 @@ class Influence(Value):
             change = along + covariance @ own.T @ np.linalg.solve(open_to, own @ along)
             squares = fit.chi_squares[pose] + gradient @ change
             residual[pose] = np.sqrt(max(squares, 0.0) / len(own))
-            moves[pose] = np.sqrt(max(change @ information @ change, 0.0))
+            moves[pose] = np.sqrt(max(float(change @ information @ change), 0.0))
             if fit.gauge_directions == 0:
                 single = np.abs(change) / deviations
                 unknown[pose], by[pose] = names[int(np.argmax(single))], single.max()
@@ -388,7 +387,7 @@ def _gradient(problem: Problem, fit: _core.JointFit, pose: int, deviations: Arra
     times it: the estimator's own elimination of the pose tells, whatever was observed.
     """
     layout = problem.layout
-    held = _HELD * np.where(deviations > 0, deviations, sizes_of(problem.layout))
+    held = _HELD * np.where(deviations > 0, deviations, typical_sizes(problem.layout))
     alone = _core.fit_jointly(
         problem.mechanism.straight,
         fit.setup,

@@ -389,8 +389,9 @@ class Problem:
                 else ""
             )
             return self, fit, words
+        start = starting_poses(self.mechanism, self.setup, self.measurements, self.noise)
         try:
-            return self, self.fit(), ""
+            return self, self.fit(start=start), ""
         except NotIdentifiableError as error:
             if not np.size(getattr(error, "null_directions", ())):
                 raise
@@ -400,14 +401,14 @@ class Problem:
                 "the tolerances are priors of all parameters, since the observations alone do not "
                 "show all of them"
             )
-            return problem, problem.fit(), words
-        held = _datum(self.fit(nearest=True), self.layout)
+            return problem, problem.fit(start=start), words
+        held = _datum(self.fit(nearest=True, start=start), self.layout)
         problem = self.with_layout(self.layout.without(held))
         names = ", ".join(self.layout.names[i] for i in held)
         verbs = ("is", "carries") if len(held) == 1 else ("are", "carry")
         return (
             problem,
-            problem.fit(),
+            problem.fit(start=start),
             f"{names} {verbs[0]} held as drawn, and {verbs[1]} the others",
         )
 

@@ -26,12 +26,13 @@ from symkin.analysis.promises import anywhere as largest_anywhere
 from symkin.analysis.reflectors import with_tracking_defaults
 from symkin.data.measurements import Measurements
 from symkin.errors import NotIdentifiableError, SymkinError
-from symkin.estimate.assumed import Assumed, moved_by, sizes_of, widened
+from symkin.estimate.assumed import Assumed, moved_by, widened
 from symkin.estimate.covariates import Covariate, observations_of, slopes_of
 from symkin.estimate.options import EstimateOptions
 from symkin.estimate.problem import Problem, layout_of
 from symkin.estimate.starting import starting_poses
 from symkin.estimate.unknowns import BED, SCALE, Layout, Priors, Sensor, with_file_settings
+from symkin.estimate.whitened import typical_sizes
 from symkin.model.core_setup import core_setup, scalar_values
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import frame, pose_rows, transforms
@@ -262,7 +263,7 @@ class Survey(Value):
     @property
     def scale(self) -> Array:
         """A typical size of each unknown: its tolerance, else its prior, else a small one."""
-        return sizes_of(dataclasses.replace(self.layout, prior=self.priors))
+        return typical_sizes(dataclasses.replace(self.layout, prior=self.priors))
 
     @property
     def prior_information(self) -> Array:

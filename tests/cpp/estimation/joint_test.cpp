@@ -173,6 +173,29 @@ TEST(JointFit, NamesDirectionsThatNothingShowsAndHoldsThemOnRequest) {
   EXPECT_NEAR(fit.change[5] + fit.change[13] + fit.change[21], 0, 1e-9);
 }
 
+TEST(JointFit, IsNotRefusedForWhatItsStartAloneHides) {
+  // The angle of an offset that has no length in the drawing.
+  const Mechanism drawn = testing::paper_3rrr();
+  std::vector<Leg> legs = drawn.legs();
+  legs[1].parameters.head<2>().setConstant(2);  // long enough without it
+  legs[1].parameters[4] = 0;
+  const Mechanism nominal("short", *drawn.chain(), legs);
+  const RowMatrix poses = sample_workspace(drawn, testing::paper_workspace(), 30, 3).poses;
+  legs[1].parameters[4] = 2e-3;
+  const Mechanism actual("short", *drawn.chain(), legs);
+  Observations observations;
+  observations.readings = everywhere(inverse_kinematics(actual, poses), 5e-5, 3);
+  observations.poses = everywhere(poses, 1e-4, 3);
+  JointOptions options;
+  options.start = poses;
+  const symkin::Setup setup = symkin::Setup::of(nominal);
+  const JointFit fit =
+      fit_jointly(nominal, setup, observations, Layout::of_all_parameters(nominal, setup), options);
+  EXPECT_TRUE(fit.converged) << fit.failure;
+  EXPECT_EQ(fit.rank, 24);
+  EXPECT_NEAR(fit.setup.parameters(1, 4), 2e-3, 1e-9);
+}
+
 TEST(JointFit, SetsAPoseAsideAtWhichNothingWasObservedWhereverItStarts) {
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
   const Mechanism nominal = testing::paper_3rrr();

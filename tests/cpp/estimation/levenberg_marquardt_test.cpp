@@ -136,30 +136,5 @@ TEST(LevenbergMarquardt, SaysWhyItDidNotConverge) {
   EXPECT_EQ(outcome.failure, "no convergence in 2 steps");
 }
 
-// At its start x = 0 nothing shows y.
-class Hidden final : public Curved {
- public:
-  using Curved::Curved;
-  void residuals(RowMatrix& jacobian, Vector& residual) const override {
-    residual << at_[0] - 1, at_[0] * at_[1] - 2;
-    jacobian << 1, 0, at_[1], at_[0];
-  }
-};
-
-TEST(LevenbergMarquardt, StopsWhereNothingShowsADirectionButNotForItsStart) {
-  SolverOptions options;
-  options.least_pivot = 1e-13;
-  SolverWorkspace room;
-  Sum sum(3, 4);
-  const SolverOutcome undetermined = minimise(sum, options, room);
-  EXPECT_TRUE(undetermined.undetermined);
-  EXPECT_FALSE(undetermined.converged);
-  EXPECT_EQ(undetermined.iterations, 1);
-  Hidden hidden(0, 0);
-  const SolverOutcome found = minimise(hidden, options, room);
-  EXPECT_TRUE(found.converged) << found.failure;
-  EXPECT_NEAR(hidden.at()[1], 2, 1e-9);
-}
-
 }  // namespace
 }  // namespace symkin

@@ -135,7 +135,7 @@ TEST(MissingTerms, ExplainWhatTheDenseProjectionOfThemDoes) {
   std::vector<RowMatrix> terms;
   Eigen::MatrixXd whitened = Eigen::MatrixXd::Zero(small.residual.size(), 6);
   for (Index leg = 0; leg < 3; ++leg) {
-    const Vector& by_reading = system.rows[static_cast<std::size_t>(leg)].by_reading;
+    const Vector& by_reading = system.of_legs[static_cast<std::size_t>(leg)].by_reading;
     RowMatrix& own = terms.emplace_back(by_reading.size(), 2);
     for (Index i = 0; i < own.rows(); ++i) {
       own.row(i) << by_reading[i] * std::sin(0.7 * static_cast<double>(i)), std::cos(i * i);

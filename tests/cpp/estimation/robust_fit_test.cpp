@@ -62,19 +62,19 @@ class LinearProblem {
   }
   bool converged() const { return outcome_.converged; }
   double cost() const { return cost_; }
-  ConditionBlocks blocks() const {
-    ConditionBlocks blocks = blocks_;
+  WhitenedSystem system() const {
+    WhitenedSystem blocks = blocks_;
     blocks.residual = y_ + blocks_.jacobian * change_;
     return blocks;
   }
   void move(const Vector& change) { change_ += change; }
-  static std::vector<Index> guard(const ConditionBlocks& /*blocks*/) { return {}; }
+  static std::vector<Index> guard(const WhitenedSystem& /*blocks*/) { return {}; }
 
   const Vector& estimate() const { return change_; }
   const RowMatrix& information() const { return information_; }
 
  private:
-  ConditionBlocks blocks_;
+  WhitenedSystem blocks_;
   Vector y_, change_, last_;
   BlockLosses* losses_ = nullptr;
   SolverOutcome outcome_;
@@ -127,7 +127,7 @@ TEST(RobustFit, EndsWhereAnotherProgramDoesAndSaysTheSameOfIt) {
   for (const testing::RobustCase& expected : testing::kRobust) {
     for (const testing::RobustFit& fit : expected.fits) {
       LinearProblem problem(expected);
-      EXPECT_NEAR(leverages(problem.blocks()).maxCoeff(), expected.largest_leverage, 1e-9);
+      EXPECT_NEAR(leverages(problem.system()).maxCoeff(), expected.largest_leverage, 1e-9);
       auto [losses, open] = fit_robustly(problem, loss_named(fit.loss));
       ASSERT_TRUE(problem.converged());
       const Vector deviations = vector_of(fit.deviations);
@@ -138,7 +138,7 @@ TEST(RobustFit, EndsWhereAnotherProgramDoesAndSaysTheSameOfIt) {
           << fit.loss << ", " << expected.conditions;
       EXPECT_NEAR(problem.cost() / 2 / fit.objective, 1, 1e-9);
 
-      const ConditionBlocks blocks = problem.blocks();
+      const WhitenedSystem blocks = problem.system();
       const Vector squares = blocks.squares(Vector::Zero(problem.size()));
       for (Index i = 0; i < squares.size(); ++i) {
         EXPECT_NEAR(losses.of(expected.conditions).at(squares[i]).weight,
@@ -162,7 +162,7 @@ TEST(RobustFit, EndsWhereAnotherProgramDoesAndSaysTheSameOfIt) {
 
 TEST(RobustFit, SubsetsLeadToTheEstimateOfLeastSScale) {
   for (const testing::RobustCase& expected : testing::kRobust) {
-    const SubsetStart found = best_of_subsets(LinearProblem(expected).blocks());
+    const SubsetStart found = best_of_subsets(LinearProblem(expected).system());
     EXPECT_NEAR(found.scale, expected.s_scale, 1e-3 * expected.s_scale);
     EXPECT_LT((found.change - vector_of(expected.s_estimate)).lpNorm<Eigen::Infinity>(), 1e-2);
   }
@@ -180,19 +180,19 @@ TEST(RobustFit, ScaledResidualsGiveTheSameFitAtTheirOwnScale) {
   loss.spread = 7;
   auto [of_larger, open_too] = fit_robustly(larger, loss);
   EXPECT_LT((larger.estimate() / 7 - problem.estimate()).lpNorm<Eigen::Infinity>(), 1e-8);
-  const std::vector<Index> conditions(static_cast<std::size_t>(problem.blocks().count()), 1);
+  const std::vector<Index> conditions(static_cast<std::size_t>(problem.system().count()), 1);
   const Vector none = Vector::Zero(problem.size());
   const RobustStatistics a =
-      robust_statistics(problem.blocks().squares(none), conditions, 4, losses);
+      robust_statistics(problem.system().squares(none), conditions, 4, losses);
   const RobustStatistics b =
-      robust_statistics(larger.blocks().squares(none), conditions, 4, of_larger);
+      robust_statistics(larger.system().squares(none), conditions, 4, of_larger);
   EXPECT_NEAR(b.variance / a.variance, 49, 1e-6);
   EXPECT_NEAR(b.chi_square / a.chi_square, 1, 1e-6);
 }
 
 // n rows, the first of which alone shows half of the second parameter.
-ConditionBlocks with_leverage(Index count, double alone) {
-  ConditionBlocks blocks;
+WhitenedSystem with_leverage(Index count, double alone) {
+  WhitenedSystem blocks;
   blocks.jacobian = RowMatrix::Zero(count, 2);
   blocks.jacobian.col(0).setOnes();
   blocks.residual.setZero(count);
@@ -211,7 +211,7 @@ TEST(RobustFit, PromisesNothingWhereOnePoseDecidesAndSaysHowManyMoreItTakes) {
   const RobustLoss cauchy = loss_named("cauchy");
   const RobustLoss tukey = loss_named("tukey");
   EXPECT_TRUE(unguarded(with_leverage(40, 3), tukey, "leg 2", names).empty());
-  const ConditionBlocks doubtful = with_leverage(40, 8);
+  const WhitenedSystem doubtful = with_leverage(40, 8);
   const double leverage = leverages(doubtful).maxCoeff();
   ASSERT_GT(leverage, kGuarded);
   ASSERT_LT(leverage, kMostLeverage);

@@ -3,7 +3,6 @@
 
 #include <map>
 
-#include "symkin/estimation/detail/linear_fit.hpp"
 #include "symkin/support/dense.hpp"
 
 namespace symkin {
@@ -34,15 +33,6 @@ RowMatrix cross_covariance(const LegInfluence& a, const LegInfluence& b, const V
 }
 
 }  // namespace
-
-RowMatrix inverse_information(const RowMatrix& rows) {
-  return LinearFit(rows, Vector::Ones(rows.rows())).covariance();
-}
-
-RowMatrix least_squares_influence(const RowMatrix& by_parameters, const Vector& factors) {
-  return product(LinearFit(by_parameters, factors).covariance(), by_parameters.transpose()) *
-         factors.cwiseAbs2().asDiagonal();
-}
 
 RowMatrix declared_covariance(const std::vector<LegInfluence>& legs, PoseSpace space,
                               const MeasurementNoise& noise) {

@@ -8,10 +8,6 @@
 
 namespace symkin {
 
-// (A'A)^-1 of N x p rows, computed with columns of length one; infinite if the columns are
-// dependent.
-RowMatrix inverse_information(const RowMatrix& rows);
-
 // How a per-leg least-squares estimate answers to errors of its closures: to first order
 // estimate - truth = -influence * h. `rows` are the leg's measured poses, ascending, one a closure
 // (n); the errors of closures of one pose are independent.
@@ -22,10 +18,6 @@ struct LegInfluence {
   Vector variances;     // n, of h by the declared noise
   Vector deleted;       // n, closures as the leg's other poses predict them: (1 - leverage)^-1 h
 };
-
-// The influence of least squares with residuals h * factor (n x 1 each), a loss's weight being a
-// factor of its root.
-RowMatrix least_squares_influence(const RowMatrix& by_parameters, const Vector& factors);
 
 // Covariance of all legs' parameters, (legs p) x (legs p), from the declared noise: errors of a
 // pose are shared by the legs that use it, errors of a reading belong to one leg.

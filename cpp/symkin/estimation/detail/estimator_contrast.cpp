@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "symkin/estimation/detail/covariance.hpp"
+#include "symkin/estimation/detail/linear_fit.hpp"
 #include "symkin/support/dense.hpp"
 
 namespace symkin {
@@ -28,10 +28,12 @@ RowMatrix implicit_influence(const WhitenedClosures& system, const Projection& p
     }
   }
   const RowMatrix by_parameters =
-      system.rows[place].by_parameters(measured, system.estimated[place]);
+      system.of_legs[place].by_parameters(measured, system.estimated[place]);
   RowMatrix influence = RowMatrix::Zero(by_parameters.cols(), static_cast<Index>(leg.poses.size()));
-  influence(kAll, used) = least_squares_influence(
-      by_parameters, Eigen::Map<const Vector>(factors.data(), static_cast<Index>(factors.size())));
+  influence(kAll, used) =
+      LinearFit(by_parameters,
+                Eigen::Map<const Vector>(factors.data(), static_cast<Index>(factors.size())))
+          .influence();
   return influence;
 }
 

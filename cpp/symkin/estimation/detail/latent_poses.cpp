@@ -75,6 +75,8 @@ LatentPoses::LatentPoses(const Mechanism& mechanism, const Observations& observa
   const Index lanes = latent_kernels().lanes;
   const Index packs = (observations.count() + lanes - 1) / lanes;
   set_places();
+  given_ = observations.readings.values.unaryExpr(
+      [](double value) { return std::isfinite(value) ? value : 0; });
   room_.setZero(packs * places_.size * lanes);  // rows that no pose has stay so
   chi_squares_.setZero(observations.count());
   clear_.setZero(observations.count());
@@ -163,31 +165,35 @@ void LatentPoses::linearise_leg(const Setup& setup, const RowMatrix& poses, cons
                                 Index leg, const std::vector<bool>& aside) {
   const LegModel& model = mechanism_.model(leg);
   ClosureRows& rows = legs_[at_index(leg)];
-  const Index n = observations_.count();
   const Index closures = model.info().closures;
   const Index parameters = mechanism_.parameter_count();
-  const Vector own_parameters = setup.parameters.row(leg);
-  Vector readings = observations_.readings.values.col(leg) + errors.col(leg);
+  own_parameters_ = setup.parameters.row(leg);
+  readings_ = given_.col(leg) + errors.col(leg);
   Vector growths;
   if (observations_.leg_covariates.cols() > 0) {
-    readings -= setup.reading_shifts(leg, observations_.leg_covariates);
+    readings_ -= setup.reading_shifts(leg, observations_.leg_covariates);
     growths = setup.growths(leg, observations_.leg_covariates);
   }
-  readings = readings.unaryExpr([](double value) { return std::isfinite(value) ? value : 0; });
-  const Vector shown =
-      readings.unaryExpr([&](double psi) { return setup.model_reading(leg, psi); });
-  if (growths.size() == 0 || growths.isZero(0)) {
-    model.linearise(own_parameters, poses, shown, rows);
-  } else {
-    linearise_growing(model, own_parameters, growths, poses, shown, rows);
+  const bool curved = curved_ || !setup.curvature.row(leg).isZero(0);
+  Vector bent;
+  if (curved) {
+    bent = readings_.unaryExpr([&](double psi) { return setup.model_reading(leg, psi); });
   }
-  rows.by_parameters.conservativeResize(Eigen::NoChange, width_);
-  rows.by_parameters.rightCols(width_ - parameters).setZero();
-  if (curved_ || !setup.curvature.row(leg).isZero(0)) {
+  const Vector& shown = curved ? bent : readings_;
+  if (growths.size() == 0 || growths.isZero(0)) {
+    model.linearise(own_parameters_, poses, shown, rows);
+  } else {
+    linearise_growing(model, own_parameters_, growths, poses, shown, rows);
+  }
+  if (width_ > parameters) {
+    rows.by_parameters.conservativeResize(Eigen::NoChange, width_);
+    rows.by_parameters.rightCols(width_ - parameters).setZero();
+  }
+  if (curved) {
     const CurvedSensor sensor = setup.sensor(leg);
     const Index geometry = parameters - LinearSensor::kParameters;
-    for (Index at = 0; at < n * closures; ++at) {
-      const double psi = readings[at / closures];
+    for (Index at = 0; at < rows.closure.size(); ++at) {
+      const double psi = readings_[at / closures];
       const double by_joint = rows.by_reading[at] / sensor.straight.gain;
       const auto by_sensor = CurvedSensor::by_parameters(psi);
       rows.by_reading[at] = by_joint * sensor.by_reading(psi);
@@ -200,9 +206,11 @@ void LatentPoses::linearise_leg(const Setup& setup, const RowMatrix& poses, cons
     add_covariates(setup, growths, leg, rows);
   }
   // The errors of a leg's rows are independent then: the reading is in one of them.
-  rows.eliminate_reading(closures);
-  for (Index i = 0; i < n; ++i) {
-    if (aside[at_index(i)] || !std::isfinite(observations_.readings.values(i, leg))) {
+  if (closures > 1) {
+    rows.eliminate_reading(closures);
+  }
+  for (Index i = 0; i < poses.rows(); ++i) {
+    if (aside[at_index(i)] || plan_.variances(i, leg * closures) < 0) {
       rows.closure.segment(i * closures, closures).setZero();
       rows.by_parameters.middleRows(i * closures, closures).setZero();
       rows.by_pose.middleRows(i * closures, closures).setZero();

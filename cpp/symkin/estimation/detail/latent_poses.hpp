@@ -77,6 +77,8 @@ class LatentPoses {
   // Of the last linearisation: of each leg, zero where it was not read, by_parameters by its first
   // `width_` scalars in the UnknownList.
   std::vector<ClosureRows> legs_;
+  RowMatrix given_;                   // N x legs, readings; 0 where none was taken
+  Vector own_parameters_, readings_;  // of one leg
   RowMatrix frames_;
   RowMatrix bases_;       // of every pose, or of all: position and rotation by rows
   RowMatrix base_turns_;  // see LatentRows

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 #include "symkin/support/dense.hpp"
@@ -19,7 +20,7 @@ LatentProblem::LatentProblem(const Mechanism& mechanism, const Observations& obs
       layout_(layout),
       aside_(std::move(aside)),
       constraints_(0, layout.columns()),
-      now_{LatentPoses(mechanism, observations, layout, setup), {}, {}, {}, {}, {}, {}},
+      now_{LatentPoses(mechanism, observations, layout, setup), {}, {}, {}, {}, {}, 0, {}},
       length_(longest_length(mechanism, setup)),
       sizes_(Vector::Zero(layout.columns())) {
   const Vector sizes = natural_sizes(mechanism, setup);
@@ -71,6 +72,32 @@ LinearPose LatentProblem::linear(Index pose) const {
   return now_.general[at] ? now_.poses[at] : general(pose);
 }
 
+WhitenedSystem LatentProblem::system() const {
+  WhitenedSystem system;
+  const Index priors = layout_.prior.array().isFinite().count();
+  const Index conditions = std::accumulate(now_.counts.begin(), now_.counts.end(), Index{0});
+  system.jacobian.setZero(conditions + priors + constraints_.rows(), layout_.columns());
+  system.residual.setZero(system.jacobian.rows());
+  for (std::size_t k = 0; k < now_.counts.size(); ++k) {
+    if (now_.counts[k] > 0) {
+      const LinearPose pose = linear(static_cast<Index>(k));
+      system.jacobian.middleRows(system.rows(), pose.count()) = pose.jacobian;
+      system.residual.segment(system.rows(), pose.count()) = pose.conditions;
+      system.first.push_back(system.rows() + pose.count());
+    }
+  }
+  Index row = conditions;
+  for (Index i = 0; i < layout_.columns(); ++i) {
+    if (std::isfinite(layout_.prior[i])) {
+      system.jacobian(row, i) = 1 / layout_.prior[i];
+      system.residual[row++] = state_.change[i] / layout_.prior[i];
+    }
+  }
+  system.jacobian.bottomRows(constraints_.rows()) = constraints_;
+  system.residual.tail(constraints_.rows()) = constraints_ * state_.change;
+  return system;
+}
+
 bool LatentProblem::linearise(NormalEquations& equations) {
   const Index columns = layout_.columns();
   const Index n = observations_.count();
@@ -118,11 +145,12 @@ bool LatentProblem::linearise(NormalEquations& equations) {
     }
   }
   now_.rows.add_to(equations, in_lanes);
+  now_.prior_squares = state_.change.cwiseQuotient(layout_.prior).squaredNorm();
+  equations.cost += now_.prior_squares;
   for (Index i = 0; i < columns; ++i) {
     const double precision = 1 / (layout_.prior[i] * layout_.prior[i]);
     equations.information(i, i) += precision;
     equations.gradient[i] += precision * state_.change[i];
-    equations.cost += precision * state_.change[i] * state_.change[i];
   }
   now_.information = equations.information;
   if (constraints_.rows() > 0) {

@@ -6,6 +6,7 @@
 
 #include "symkin/estimation/detail/latent_poses.hpp"
 #include "symkin/estimation/detail/levenberg_marquardt.hpp"
+#include "symkin/estimation/detail/linear_fit.hpp"
 #include "symkin/estimation/observations.hpp"
 #include "symkin/estimation/robust_loss.hpp"
 #include "symkin/estimation/unknowns.hpp"
@@ -53,6 +54,9 @@ class LatentProblem {
   const std::vector<Index>& counts() const { return now_.counts; }
   const Vector& chi_squares() const { return now_.chi_squares; }
   const Vector& weights() const { return now_.weights; }
+  double prior_squares() const { return now_.prior_squares; }
+  // All conditions, a block a pose that has any, and behind them finite priors and the constraints.
+  WhitenedSystem system() const;
   // Its linearised rows, empty where it was set aside.
   LinearPose linear(Index pose) const;
   // The same with the conditions as they were eliminated: of a row that was not taken there may be
@@ -84,6 +88,7 @@ class LatentProblem {
     std::vector<LinearPose> poses;  // of which these are, empty where there are none
     std::vector<Index> counts;
     Vector chi_squares, weights;
+    double prior_squares = 0;
     RowMatrix information;
   };
 

@@ -10,15 +10,15 @@ namespace symkin {
 namespace {
 
 // Whitened closures, a block a pose.
-ConditionBlocks blocks_of(const LegData& data, const WhitenedLeg& leg) {
-  ConditionBlocks blocks;
-  blocks.jacobian = leg.factors.asDiagonal() * leg.rows.by_parameters;
-  blocks.residual = leg.rows.closure.cwiseProduct(leg.factors);
+WhitenedSystem system_of(const LegData& data, const WhitenedLeg& leg) {
+  WhitenedSystem system;
+  system.jacobian = leg.factors.asDiagonal() * leg.rows.by_parameters;
+  system.residual = leg.rows.closure.cwiseProduct(leg.factors);
   const Index closures = data.model.info().closures;
   for (Index pose = 1; pose <= data.readings.size(); ++pose) {
-    blocks.first.push_back(pose * closures);
+    system.first.push_back(pose * closures);
   }
-  return blocks;
+  return system;
 }
 
 // A leg as fit_robustly() takes it.
@@ -44,14 +44,14 @@ class RobustLeg {
   }
   bool converged() const { return now_.outcome.converged; }
   double cost() const { return now_.cost; }
-  ConditionBlocks blocks() const { return blocks_of(*data_, now_.whitened); }
+  WhitenedSystem system() const { return system_of(*data_, now_.whitened); }
   void move(const Vector& change) {
     Vector moved = now_.parameters;
     moved(data_->estimated) += change;
     set(moved);
   }
-  std::vector<Index> guard(const ConditionBlocks& blocks) const {
-    return unguarded(blocks, options_->loss, "leg " + std::to_string(leg_ + 1), data_->rows);
+  std::vector<Index> guard(const WhitenedSystem& system) const {
+    return unguarded(system, options_->loss, "leg " + std::to_string(leg_ + 1), data_->rows);
   }
   LegEstimate& estimate() { return now_; }
 
@@ -70,14 +70,14 @@ class RobustLeg {
 
 // Squares of the whitened closures, pose by pose; of `inverse`, which does not weigh poses by their
 // noise, those that are left by a step to where the weighted closures are least.
-Vector squares_of(const ConditionBlocks& blocks, const LegEstimate& estimate, bool weighted) {
-  Vector change = Vector::Zero(blocks.jacobian.cols());
+Vector squares_of(const WhitenedSystem& system, const LegEstimate& estimate, bool weighted) {
+  Vector change = Vector::Zero(system.jacobian.cols());
   if (!weighted) {
     const Vector roots = estimate.loss_weights.cwiseSqrt();
-    change = -scaled_least_squares(roots.asDiagonal() * blocks.jacobian,
-                                   roots.cwiseProduct(blocks.residual));
+    change = -scaled_least_squares(roots.asDiagonal() * system.jacobian,
+                                   roots.cwiseProduct(system.residual));
   }
-  return blocks.squares(change);
+  return system.squares(change);
 }
 
 }  // namespace
@@ -89,13 +89,13 @@ LegEstimate estimate_leg(const LegData& data, Index leg, const Vector& start, Wh
   auto [losses, open] = fit_robustly(problem, loss);
   LegEstimate& estimate = problem.estimate();
   if (loss.any()) {
-    const ConditionBlocks blocks = problem.blocks();
-    const std::vector<Index> conditions(static_cast<std::size_t>(blocks.count()),
+    const WhitenedSystem system = problem.system();
+    const std::vector<Index> conditions(static_cast<std::size_t>(system.count()),
                                         data.model.info().closures);
     estimate.unguarded = std::move(open);
     estimate.robust =
-        robust_statistics(squares_of(blocks, estimate, options.estimator == Estimator::implicit),
-                          conditions, blocks.jacobian.cols(), losses);
+        robust_statistics(squares_of(system, estimate, options.estimator == Estimator::implicit),
+                          conditions, system.jacobian.cols(), losses);
   }
   return std::move(estimate);
 }

@@ -267,7 +267,7 @@ void LegFits::solve_from_two(const BlockLoss& loss) {
   for (Index lane = 0; lane < count_; ++lane) {
     if (states_[place(lane)].clear && rejects(lane)) {
       rejecting[place(lane)] = true;
-      fits_[place(lane)].parameters(estimated_) += best_of_subsets(blocks(lane)).change;
+      fits_[place(lane)].parameters(estimated_) += best_of_subsets(system(lane)).change;
     }
   }
   solve(&loss, rejecting);

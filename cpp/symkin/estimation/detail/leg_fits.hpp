@@ -74,7 +74,7 @@ class LegFits {
   void step(Index lane, const BlockLoss* loss, bool may_move);
   void guard();
   bool rejects(Index lane);
-  ConditionBlocks blocks(Index lane);
+  WhitenedSystem system(Index lane);
   void describe();
   double variance(Packed& noise, Index k, Index lane);
   double describe_robust(Index lane, LegFit& fit);

@@ -30,24 +30,24 @@ bool LegFits::rejects(Index lane) {
 }
 
 // Whitened closures of a lane, a block a pose.
-ConditionBlocks LegFits::blocks(Index lane) {
+WhitenedSystem LegFits::system(Index lane) {
   const Index closures = static_cast<Index>(chosen_[place(lane)].size()) * rows_.closures;
   const Index width = rows_.parameters + rows_.dof + 2;
-  ConditionBlocks blocks;
-  blocks.jacobian.resize(closures, rows_.size);
-  blocks.residual.resize(closures);
+  WhitenedSystem system;
+  system.jacobian.resize(closures, rows_.size);
+  system.residual.resize(closures);
   for (Index i = 0; i < closures; ++i) {
     const double factor = std::sqrt(at(precisions_, i, lane));
-    blocks.residual[i] = factor * at(closure_rows_, i * width, lane);
+    system.residual[i] = factor * at(closure_rows_, i * width, lane);
     for (Index k = 0; k < rows_.size; ++k) {
-      blocks.jacobian(i, k) =
+      system.jacobian(i, k) =
           factor * at(closure_rows_, i * width + 1 + estimated_[place(k)], lane);
     }
     if ((i + 1) % rows_.closures == 0) {
-      blocks.first.push_back(i + 1);
+      system.first.push_back(i + 1);
     }
   }
-  return blocks;
+  return system;
 }
 
 void LegFits::describe() {

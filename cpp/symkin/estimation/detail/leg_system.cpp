@@ -16,28 +16,24 @@ void keep_estimated(const LegData& data, ClosureRows& rows) {
 }
 
 // L D L' = V, the covariance of the closures at each pose: rows become L^-1 of what they were, and
-// D is returned.
+// D is returned. Where V is singular D is zero and the rows stay.
 Vector decorrelate(ClosureRows& rows, Index closures, PoseSpace space,
                    const MeasurementNoise& noise) {
-  const Vector sigma = noise.pose_variances(space);
-  const double reading = noise.reading * noise.reading;
-  Vector variances(rows.by_reading.size());
+  Vector variances = Vector::Zero(rows.by_reading.size());
   for (Index first = 0; first < variances.size(); first += closures) {
-    for (Index row = first; row < first + closures; ++row) {
-      // Those before it are independent already.
-      for (Index before = first; before < row; ++before) {
-        const double shared =
-            rows.by_pose.row(row).cwiseProduct(rows.by_pose.row(before)).dot(sigma.transpose()) +
-            reading * rows.by_reading[row] * rows.by_reading[before];
-        const double share = variances[before] > 0 ? shared / variances[before] : 0;
-        rows.closure[row] -= share * rows.closure[before];
-        rows.by_parameters.row(row) -= share * rows.by_parameters.row(before);
-        rows.by_pose.row(row) -= share * rows.by_pose.row(before);
-        rows.by_reading[row] -= share * rows.by_reading[before];
-      }
-      variances[row] = rows.by_pose.row(row).cwiseAbs2().dot(sigma.transpose()) +
-                       reading * rows.by_reading[row] * rows.by_reading[row];
+    auto by_pose = rows.by_pose.middleRows(first, closures);
+    auto by_reading = rows.by_reading.segment(first, closures);
+    const RowMatrix factor = closure_factor(by_pose, by_reading, closures, space, noise);
+    if (factor.size() == 0) {
+      continue;
     }
+    const RowMatrix inverse = factor.diagonal().asDiagonal() * lower_inverse(factor);
+    variances.segment(first, closures) = factor.diagonal().cwiseAbs2();
+    by_pose = product(inverse, by_pose);
+    by_reading = product(inverse, by_reading);
+    rows.closure.segment(first, closures) = product(inverse, rows.closure.segment(first, closures));
+    rows.by_parameters.middleRows(first, closures) =
+        product(inverse, rows.by_parameters.middleRows(first, closures));
   }
   return variances;
 }

@@ -16,17 +16,16 @@ namespace symkin {
 
 struct SolverOutcome {
   bool converged = false;
-  bool undetermined = false;  // stopped because of SolverOptions::least_pivot
-  int iterations = 0;         // accepted steps
+  int iterations = 0;  // accepted steps
   std::string failure;
 };
 
 struct SolverOptions {
   int max_iterations = 100;  // steps tried
   double damping = 1e-4;     // of the first step; 0 begins as Gauss-Newton
-  // Where no pivot of the equations is above this after a step either, some direction is not shown
-  // at any state, and there is nothing to come to rest.
-  double least_pivot = -1;
+  bool linearised = false;   // whether the room holds the equations of the present state already
+  // Over the root of the cost: a step as short as this is the last, and nothing is linearised anew.
+  double last_step = 1e-8;
 };
 
 // Weighted least squares linearised at the present state, residuals rho and weights W.
@@ -50,8 +49,6 @@ class NormalSteps {
   // shortest d by eigenvalues: what the data does not show does not move.
   // Returns the decrease of the cost that it predicts, negative if there is no step.
   double solve(const NormalEquations& equations, double damping, Vector& step);
-  // Of the equations that were solved last, with their damping.
-  const ScaledCholesky& cholesky() const { return cholesky_; }
 
  private:
   ScaledCholesky cholesky_;
@@ -88,15 +85,17 @@ struct HasCorrect<
 //                                           the parameters where it was
 // and may have
 //   void correct(const Vector& d);          moves on from a step; `undo` takes back both
-// The problem ends as it was last linearised at the state it ends at, if `undo` keeps that too.
-// `room` ends with the equations of that state in `now`; where it converged, `steps` has solved
-// them without damping.
+// The problem ends as it was last linearised, at the state it ends at or, where it converged, at
+// most one step too short to count from there, if `undo` keeps that too. `room` ends with those
+// equations in `now`; where it converged, `steps` has solved them without damping.
 template <typename Problem>
 SolverOutcome minimise(Problem& problem, const SolverOptions& options, SolverWorkspace& room) {
   constexpr double kStill = 1e-11;     // size of a step
   constexpr double kShortest = 1e-12;  // of the root of the cost, or of one deviation
   constexpr double kRounding = 1e-7;   // of the root of the cost, or of one deviation
   constexpr double kNear = 1e-2;
+  constexpr double kLeft =
+      1e-9;  // distance that the last step leaves, which shrinks as the one before did
   // Of the cost, by which what the state holds beside the parameters may raise it as it settles.
   constexpr double kSettling = 0.1;
   // Of the cost, by which a step may raise it: rounding; and a short step of a problem that holds
@@ -119,7 +118,7 @@ SolverOutcome minimise(Problem& problem, const SolverOptions& options, SolverWor
   NormalSteps& steps = room.steps;
   Vector& step = room.step;
   step.resize(problem.size());
-  if (!problem.linearise(now)) {
+  if (!options.linearised && !problem.linearise(now)) {
     outcome.failure = "the residuals are not finite at the start";
     return outcome;
   }
@@ -136,11 +135,6 @@ SolverOutcome minimise(Problem& problem, const SolverOptions& options, SolverWor
     bool there = false;  // a step of the parameters would be too short to count
     if (!failed) {
       decrease = steps.solve(now, 0, step);
-      if (outcome.iterations > 0 && steps.cholesky().least_pivot() <= options.least_pivot) {
-        outcome.undetermined = true;
-        outcome.failure = "the normal equations are singular";
-        return outcome;
-      }
       const double distance = std::sqrt(std::max(decrease, 0.0) / (now.cost + 1));
       there = decrease >= 0 && (distance < kShortest || problem.step_size(step) < kStill ||
                                 (distance < kRounding && distance >= last_distance));
@@ -151,6 +145,14 @@ SolverOutcome minimise(Problem& problem, const SolverOptions& options, SolverWor
       // Steps of Gauss-Newton that do not become shorter may go round for ever where residuals are
       // large: they must lower the cost then, and are damped until they do.
       near = distance < kNear && distance < last_distance;
+      // The last step, where what it leaves is too short to count: the equations stay as they are.
+      if (near && undamped && distance < options.last_step &&
+          distance * distance < kLeft * last_distance) {
+        problem.step(step);
+        ++outcome.iterations;
+        outcome.converged = true;
+        return outcome;
+      }
       last_distance = distance;
       if (near && undamped) {
         damping = 0;

@@ -119,7 +119,7 @@ void MissingTerms::take_out_own_parameters(std::size_t leg) {
       rows.push_back(pose.row * pose.closures + i);
     }
   }
-  const RowMatrix own = system_.rows[leg].by_parameters(kAll, system_.estimated[leg]);
+  const RowMatrix own = system_.of_legs[leg].by_parameters(kAll, system_.estimated[leg]);
   const RowMatrix counted = own(rows, kAll);
   const Vector scale = inverse_column_lengths(counted);
   const ColumnSpace space = column_space(counted * scale.asDiagonal());
@@ -193,7 +193,7 @@ double MissingTerms::rms(const std::vector<Index>& legs, const Vector& coefficie
     const Index first = system_.columns[at];
     const Index parameters = system_.columns[at + 1] - first;
     const Vector shown = terms_[at] * coefficients.segment(static_cast<Index>(i) * count_, count_) -
-                         system_.rows[at].by_parameters(kAll, system_.estimated[at]) *
+                         system_.of_legs[at].by_parameters(kAll, system_.estimated[at]) *
                              by_parameters.segment(first, parameters);
     for (const Index k : projection_.legs()[at].poses) {
       const WhitenedPose& pose = system_.poses[static_cast<std::size_t>(k)];

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 
-#include "symkin/estimation/detail/linear_fit.hpp"
 #include "symkin/support/dense.hpp"
 #include "symkin/support/error.hpp"
 
@@ -13,7 +12,7 @@ namespace symkin {
 namespace {
 
 // "; measure 4 poses more"
-std::string advice(const ConditionBlocks& blocks, double leverage, const RobustLoss& loss) {
+std::string advice(const WhitenedSystem& blocks, double leverage, const RobustLoss& loss) {
   const auto p = static_cast<double>(blocks.jacobian.cols());
   const double k = static_cast<double>(blocks.rows()) / static_cast<double>(blocks.count());
   const Index more = static_cast<Index>(std::ceil(3 * p / k)) - blocks.count();
@@ -28,16 +27,7 @@ std::string advice(const ConditionBlocks& blocks, double leverage, const RobustL
 
 }  // namespace
 
-Vector ConditionBlocks::squares(const Vector& change) const {
-  const Vector after = residual.head(rows()) + jacobian.topRows(rows()) * change;
-  Vector squares(count());
-  for (Index i = 0; i < count(); ++i) {
-    squares[i] = after.segment(first[static_cast<std::size_t>(i)], conditions(i)).squaredNorm();
-  }
-  return squares;
-}
-
-Vector leverages(const ConditionBlocks& blocks) {
+Vector leverages(const WhitenedSystem& blocks) {
   const Vector of_rows =
       LinearFit(blocks.jacobian, Vector::Ones(blocks.jacobian.rows())).leverages();
   Vector means(blocks.count());
@@ -48,7 +38,7 @@ Vector leverages(const ConditionBlocks& blocks) {
   return means;
 }
 
-std::vector<Index> unguarded(const ConditionBlocks& blocks, const RobustLoss& loss,
+std::vector<Index> unguarded(const WhitenedSystem& blocks, const RobustLoss& loss,
                              const std::string& whose, const std::vector<Index>& names) {
   const Vector each = leverages(blocks);
   Index worst = 0;

@@ -6,30 +6,13 @@
 #include <utility>
 #include <vector>
 
+#include "symkin/estimation/detail/linear_fit.hpp"
 #include "symkin/estimation/robust_loss.hpp"
 
 namespace symkin {
 
-// Whitened conditions, linearised, in the blocks on which a loss acts; below them rows that no loss
-// weighs (priors).
-struct ConditionBlocks {
-  RowMatrix jacobian;  // N x p
-  Vector residual;     // N
-  // Where each block begins, and where the last one ends.
-  std::vector<Index> first{0};
-
-  Index count() const { return static_cast<Index>(first.size()) - 1; }
-  Index rows() const { return first.back(); }  // of blocks
-  Index conditions(Index block) const {
-    const auto at = static_cast<std::size_t>(block);
-    return first[at + 1] - first[at];
-  }
-  // Squared norms of the residuals after a change of the parameters.
-  Vector squares(const Vector& change) const;
-};
-
 // How far each block alone decides what the fit makes of it: the mean of its rows' leverages.
-Vector leverages(const ConditionBlocks& blocks);
+Vector leverages(const WhitenedSystem& system);
 
 // Up to kGuarded a loss keeps its promise for up to 10% gross errors; up to kMostLeverage only
 // Cauchy's does, and an error of that block would not be seen. Both are read off simulations.
@@ -37,8 +20,8 @@ inline constexpr double kGuarded = 0.5;
 inline constexpr double kMostLeverage = 0.75;
 
 // The blocks that are not guarded. Throws InvalidInput where the loss cannot keep its promise,
-// saying what can be done; `whose` fit it is, and `names` of the blocks, counted from 0.
-std::vector<Index> unguarded(const ConditionBlocks& blocks, const RobustLoss& loss,
+// saying what can be done; `whose` fit it is, and `names` of the system, counted from 0.
+std::vector<Index> unguarded(const WhitenedSystem& system, const RobustLoss& loss,
                              const std::string& whose, const std::vector<Index>& names);
 
 // Where subsets of the blocks lead that fit the best half of all: the S estimate (Tukey's function,
@@ -47,7 +30,7 @@ struct SubsetStart {
   Vector change;
   double scale = 1;
 };
-SubsetStart best_of_subsets(const ConditionBlocks& blocks);
+SubsetStart best_of_subsets(const WhitenedSystem& system);
 
 // The constant of the S scale s: sum rho(d / s) = (n - p/k) E rho.
 double s_scale_bend(Index conditions);
@@ -77,9 +60,9 @@ RobustStatistics robust_statistics(const Vector& squares, const std::vector<Inde
 //   void solve(BlockLosses&);       fits from its present state
 //   bool converged() const;
 //   double cost() const;            of that fit
-//   ConditionBlocks blocks() const; at the present state
+//   WhitenedSystem system() const;  at the present state
 //   void move(const Vector&);       by a change of the parameters
-//   std::vector<Index> guard(const ConditionBlocks&) const;   see unguarded()
+//   std::vector<Index> guard(const WhitenedSystem&) const;   see unguarded()
 // Returns the losses that the problem was fitted with, and what they do not guard.
 template <typename Problem>
 std::pair<BlockLosses, std::vector<Index>> fit_robustly(Problem& problem, const RobustLoss& loss);
@@ -93,11 +76,11 @@ namespace detail {
 // subset could leave out.
 template <typename Problem>
 void fit_from_two(Problem& problem, BlockLosses& losses, BlockLosses& huber) {
-  const ConditionBlocks blocks = problem.blocks();
-  const Vector squares = blocks.squares(Vector::Zero(blocks.jacobian.cols()));
+  const WhitenedSystem system = problem.system();
+  const Vector squares = system.squares(Vector::Zero(system.jacobian.cols()));
   bool rejects = !problem.converged();
-  for (Index i = 0; i < blocks.count(); ++i) {
-    rejects = rejects || huber.of(blocks.conditions(i)).at(squares[i]).weight < kRejectedWeight;
+  for (Index i = 0; i < system.count(); ++i) {
+    rejects = rejects || huber.of(system.conditions(i)).at(squares[i]).weight < kRejectedWeight;
   }
   if (!rejects) {
     problem.solve(losses);
@@ -105,7 +88,7 @@ void fit_from_two(Problem& problem, BlockLosses& losses, BlockLosses& huber) {
   }
   constexpr double kLower = 1e-9;  // of the cost: equal minima are one
   Problem other = problem;
-  other.move(best_of_subsets(blocks).change);
+  other.move(best_of_subsets(system).change);
   other.solve(losses);
   problem.solve(losses);
   if (other.converged() && (!problem.converged() || other.cost() < problem.cost() * (1 - kLower))) {
@@ -122,9 +105,9 @@ std::pair<BlockLosses, std::vector<Index>> fit_robustly(Problem& problem, const 
   if (!loss.any()) {
     return {none, {}};
   }
-  const ConditionBlocks blocks = problem.blocks();
-  std::vector<Index> unguarded = problem.guard(blocks);
-  const double spread = loss.spread > 0 ? loss.spread : best_of_subsets(blocks).scale;
+  const WhitenedSystem system = problem.system();
+  std::vector<Index> unguarded = problem.guard(system);
+  const double spread = loss.spread > 0 ? loss.spread : best_of_subsets(system).scale;
   std::vector<BlockLosses> stages;
   for (const RobustLoss& stage : stages_of(loss)) {
     stages.emplace_back(stage, spread);

@@ -14,20 +14,20 @@ class Planner {
  public:
   Planner(PoseSpace space, Index count) : space_(space), axes_(to_index(position_size(space))) {
     std::iota(axes_.begin(), axes_.end(), Index{0});
-    plan.variances.resize(count, 0);
-    plan.values.resize(count, 0);
+    variances.resize(count, 0);
+    values.resize(count, 0);
   }
 
   // Rows of `observed`, columns from `first` on, that are those components of an observation with
   // the values from there on.
   void add(RowOrigin::Kind kind, Kind how, const Observed& observed, Index first,
-           const std::vector<Index>& components, Index values, Index own) {
-    LatentRows::Observation observation{how, values, own, {-1, -1, -1}};
+           const std::vector<Index>& components, Index place, Index own) {
+    LatentRows::Observation observation{how, place, own, {-1, -1, -1}};
     for (std::size_t k = 0; k < components.size(); ++k) {
       const Index column = first + static_cast<Index>(k);
       if (add_row({kind, column, 0}, observed.values.col(column),
                   observed.deviations.col(column))) {
-        observation.rows[components[k]] = plan.variances.cols() - 1;
+        observation.rows[components[k]] = variances.cols() - 1;
       }
     }
     if (std::any_of(observation.rows, observation.rows + 3, [](Index row) { return row >= 0; })) {
@@ -38,10 +38,10 @@ class Planner {
   // The same of all coordinates of a point, or of one number.
   void add_vector(RowOrigin::Kind kind, Kind how, const Observed& observed, Index first,
                   const std::vector<Index>& components, Index own) {
-    const Index values = room(how == Kind::point ? 3 : 1);
+    const Index place = room(how == Kind::point ? 3 : 1);
     const auto size = static_cast<Index>(components.size());
-    plan.values.middleCols(values, size) = observed.values.middleCols(first, size);
-    add(kind, how, observed, first, components, values, own);
+    values.middleCols(place, size) = observed.values.middleCols(first, size);
+    add(kind, how, observed, first, components, place, own);
   }
 
   void add_pose(RowOrigin::Kind kind, bool reported, const Observed& observed) {
@@ -50,7 +50,7 @@ class Planner {
     }
     const Index dimensions = position_size(space_);
     const Index turns = observed.values.cols() - dimensions;
-    const Index values = room(12);
+    const Index place = room(12);
     // By the components of the tangent: an orientation is there as a whole or not at all.
     Observed tangent{RowMatrix::Zero(observed.values.rows(), degrees_of_freedom(space_)),
                      observed.deviations};
@@ -63,7 +63,9 @@ class Planner {
             .tail(tangent.values.cols() - dimensions)
             .setConstant(std::numeric_limits<double>::quiet_NaN());
       }
-      write_frame(frame_of_pose(space_, known.data()), &plan.values(i, values));
+      Eigen::Matrix<double, 12, 1> frame;
+      write_frame(frame_of_pose(space_, known.data()), frame.data());
+      values.row(i).segment<12>(place) = frame;
     }
     std::vector<Index> angles;
     for (const Index slot : pose_slots(space_)) {
@@ -71,9 +73,9 @@ class Planner {
         angles.push_back(slot - 3);
       }
     }
-    add(kind, reported ? Kind::reported_position : Kind::position, tangent, 0, axes_, values, 0);
+    add(kind, reported ? Kind::reported_position : Kind::position, tangent, 0, axes_, place, 0);
     add(kind, reported ? Kind::reported_orientation : Kind::orientation, tangent, dimensions,
-        angles, values + 3, 0);
+        angles, place + 3, 0);
   }
 
   // Whether it was taken anywhere.
@@ -83,22 +85,27 @@ class Planner {
       return false;
     }
     plan.origins.push_back(origin);
-    plan.variances.conservativeResize(Eigen::NoChange, plan.variances.cols() + 1);
-    plan.variances.rightCols(1) = taken.select(deviations.cwiseAbs2(), -1);
+    add_column(taken.select(deviations.cwiseAbs2(), -1));
     return true;
+  }
+
+  void add_column(const Vector& column) {
+    variances.conservativeResize(Eigen::NoChange, variances.cols() + 1);
+    variances.rightCols<1>() = column;
   }
 
   const std::vector<Index>& axes() const { return axes_; }
 
-  RowPlan plan;
+  RowPlan plan;  // but for these, which grow by columns
+  Eigen::MatrixXd variances, values;
 
  private:
   static std::size_t to_index(Index i) { return static_cast<std::size_t>(i); }
 
   Index room(Index count) {
-    const Index first = plan.values.cols();
-    plan.values.conservativeResize(Eigen::NoChange, first + count);
-    plan.values.rightCols(count).setZero();
+    const Index first = values.cols();
+    values.conservativeResize(Eigen::NoChange, first + count);
+    values.rightCols(count).setZero();
     return first;
   }
 
@@ -120,7 +127,8 @@ RowPlan planned_rows(const Mechanism& mechanism, const Observations& observation
                       observations.readings.deviations.col(leg));
     }
   }
-  const Index bound = plan.variances.cols();
+  const Eigen::MatrixXd& variances = planner.variances;
+  const Index bound = variances.cols();
   // Where the device measures the robot's own frames, it is as if the robot reported the pose.
   const auto own = [](const Frame& frame) {
     return frame.position.isZero(0) && frame.rotation.isIdentity(0);
@@ -147,22 +155,23 @@ RowPlan planned_rows(const Mechanism& mechanism, const Observations& observation
   const Index dof = mechanism.dof();
   const auto first = plan.origins.begin() + bound;
   const bool whole =
-      plan.variances.cols() >= bound + dof &&
+      variances.cols() >= bound + dof &&
       (first->kind == RowOrigin::Kind::pose || first->kind == RowOrigin::Kind::reported) &&
       std::all_of(first, first + dof, [&](const RowOrigin& origin) {
         return origin.kind == first->kind && origin.index == &origin - &*first;
       });
-  if (whole && (plan.variances.middleCols(bound, dof).array() >= 0).all()) {
+  if (whole && (variances.middleCols(bound, dof).array() >= 0).all()) {
     plan.basis = bound;
   }
   for (Index i = 0; i < observations.count(); ++i) {
-    plan.taken.push_back((plan.variances.row(i).array() >= 0).count());
+    plan.taken.push_back((variances.row(i).array() >= 0).count());
   }
-  while (plan.variances.cols() < dof) {  // the kernels have so many rows all the same
-    plan.variances.conservativeResize(Eigen::NoChange, plan.variances.cols() + 1);
-    plan.variances.rightCols(1).setConstant(-1);
+  while (variances.cols() < dof) {  // the kernels have so many rows all the same
+    planner.add_column(Vector::Constant(observations.count(), -1));
     plan.origins.emplace_back();
   }
+  plan.variances = variances;
+  plan.values = planner.values;
   return std::move(planner.plan);
 }
 

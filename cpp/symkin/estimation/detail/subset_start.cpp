@@ -34,7 +34,7 @@ Bounded tukey(double square, double bend) {
 
 class Subsets {
  public:
-  explicit Subsets(const ConditionBlocks& blocks) : blocks_(blocks) {
+  explicit Subsets(const WhitenedSystem& blocks) : blocks_(blocks) {
     order_.resize(static_cast<std::size_t>(blocks.count()));
     std::iota(order_.begin(), order_.end(), Index{0});
     weights_.setOnes(blocks.residual.size());
@@ -111,7 +111,7 @@ class Subsets {
   }
 
  private:
-  const ConditionBlocks& blocks_;
+  const WhitenedSystem& blocks_;
   std::vector<Index> order_;
   Vector weights_, gradient_;
   RowMatrix information_;
@@ -121,7 +121,7 @@ class Subsets {
 };
 
 // One step of the scale towards sum rho(d / s) = (n - p/k) E rho.
-double next_scale(const ConditionBlocks& blocks, const Vector& squares, double scale) {
+double next_scale(const WhitenedSystem& blocks, const Vector& squares, double scale) {
   double sum = 0;
   double expected = 0;
   const double share =
@@ -133,7 +133,7 @@ double next_scale(const ConditionBlocks& blocks, const Vector& squares, double s
   return scale * std::sqrt(sum / expected);
 }
 
-double first_scale(const ConditionBlocks& blocks, const Vector& squares) {
+double first_scale(const WhitenedSystem& blocks, const Vector& squares) {
   std::vector<double> each;
   for (Index i = 0; i < blocks.count(); ++i) {
     each.push_back(squares[i] / static_cast<double>(blocks.conditions(i)));
@@ -163,7 +163,7 @@ double s_scale_bend(Index conditions) {
   return bend->second;
 }
 
-SubsetStart best_of_subsets(const ConditionBlocks& blocks) {
+SubsetStart best_of_subsets(const WhitenedSystem& blocks) {
   constexpr int kSteps = 500;
   constexpr double kStill = 1e-10;  // of the scale
   Subsets subsets(blocks);

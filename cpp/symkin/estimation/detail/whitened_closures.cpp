@@ -7,6 +7,7 @@
 
 #include "symkin/model/pose_space.hpp"
 #include "symkin/support/dense.hpp"
+#include "symkin/support/interrupt.hpp"
 
 namespace symkin {
 namespace {
@@ -50,7 +51,7 @@ LikelyMeasurements most_likely(const WhitenedClosures& system, PoseSpace space,
     Vector step = Vector::Zero(variances.size());
     for (std::size_t k = 0; k < pose.legs.size(); ++k) {
       const Index leg = pose.legs[k];
-      const ClosureRows& rows = system.rows[static_cast<std::size_t>(system.position(leg))];
+      const ClosureRows& rows = system.of_legs[static_cast<std::size_t>(system.position(leg))];
       const Index row = pose.row * pose.closures;
       const auto own = multipliers.segment(static_cast<Index>(k) * pose.closures, pose.closures);
       step -= rows.by_pose.middleRows(row, pose.closures).transpose() * own;
@@ -70,7 +71,7 @@ void count_from_measured(const LikelyMeasurements& likely, WhitenedClosures& sys
     Vector moved(pose.count());
     for (std::size_t k = 0; k < pose.legs.size(); ++k) {
       const Index leg = pose.legs[k];
-      const ClosureRows& rows = system.rows[static_cast<std::size_t>(system.position(leg))];
+      const ClosureRows& rows = system.of_legs[static_cast<std::size_t>(system.position(leg))];
       const Index row = pose.row * pose.closures;
       moved.segment(static_cast<Index>(k) * pose.closures, pose.closures) =
           rows.by_pose.middleRows(row, pose.closures) *
@@ -92,26 +93,30 @@ WhitenedClosures whiten_closures(const Mechanism& mechanism, const MeasurementSe
                                  const MeasurementNoise& noise) {
   const PoseSpace space = mechanism.pose_space();
   const Index closures = mechanism.closures();
-  WhitenedClosures system{legs, poses_with_legs(measurements, legs, use, closures), {}, {}, {}, {0},
-                          {}};
+  WhitenedClosures system;
+  system.legs = legs;
+  system.columns = {0};
+  system.poses = poses_with_legs(measurements, legs, use, closures);
   for (const Index leg : legs) {
     mechanism.model(leg).linearise(mechanism.leg(leg).parameters, measurements.poses,
-                                   measurements.readings.col(leg), system.rows.emplace_back());
+                                   measurements.readings.col(leg), system.of_legs.emplace_back());
     system.columns.push_back(system.columns.back() + mechanism.estimated_count(leg));
     system.estimated.push_back(mechanism.estimated_parameters(leg));
   }
-  const Index m =
-      system.poses.empty() ? 0 : system.poses.back().first + system.poses.back().count();
-  system.residual.resize(m);
-  system.jacobian.setZero(m, system.columns.back());
+  for (const WhitenedPose& pose : system.poses) {
+    system.first.push_back(pose.first + pose.count());
+  }
+  system.residual.resize(system.rows());
+  system.jacobian.setZero(system.rows(), system.columns.back());
   for (WhitenedPose& pose : system.poses) {
+    check_interrupt();
     const Index count = pose.count();
     RowMatrix by_pose(count, degrees_of_freedom(space));
     Vector by_reading(count);
     for (Index k = 0; k < count; k += closures) {
       const Index which = pose.legs[static_cast<std::size_t>(k / closures)];
       const auto position = static_cast<std::size_t>(system.position(which));
-      const ClosureRows& leg = system.rows[position];
+      const ClosureRows& leg = system.of_legs[position];
       const std::vector<Index>& estimated = system.estimated[position];
       const Index row = pose.row * closures;
       by_pose.middleRows(k, closures) = leg.by_pose.middleRows(row, closures);

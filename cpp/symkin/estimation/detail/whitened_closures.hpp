@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "symkin/estimation/detail/linear_fit.hpp"
 #include "symkin/estimation/measurements.hpp"
 #include "symkin/estimation/noise.hpp"
 #include "symkin/model/mechanism.hpp"
@@ -24,12 +25,10 @@ struct WhitenedPose {
 // Closures of some legs, linearised and whitened pose by pose: one least-squares problem in those
 // legs' parameters. Of one leg alone it is the problem of the estimator `implicit`, of all legs
 // that of `joint`.
-struct WhitenedClosures {
+struct WhitenedClosures : WhitenedSystem {
   std::vector<Index> legs;
   std::vector<WhitenedPose> poses;
-  Vector residual;                // m, L^-1 h
-  RowMatrix jacobian;             // m x their estimated parameters, L^-1 dh/dparam
-  std::vector<ClosureRows> rows;  // of each of the legs at all measured poses
+  std::vector<ClosureRows> of_legs;  // at all measured poses
 
   // Where a leg's parameters begin in the columns of the jacobian, and where they all end.
   std::vector<Index> columns;
