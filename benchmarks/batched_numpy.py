@@ -12,12 +12,12 @@ Array = NDArray[np.float64]
 
 
 def linearised(
-    parameters: Array, poses: Array, readings: Array, noise: tuple[float, float, float]
-) -> tuple[Array, Array, Array]:
-    """Closures of B legs at n poses (m), by their parameters, and one over their variances.
+    parameters: Array, poses: Array, readings: Array
+) -> tuple[Array, Array, Array, Array]:
+    """Closures of B legs at n poses (m), by their parameters, by the pose and by the reading.
 
-    Parameters (B, 8), poses (B, n, 3), readings (B, n), noise of position, orientation and reading;
-    shapes (B, n), (B, n, 8) and (B, n).
+    Parameters (B, 8), poses (B, n, 3), readings (B, n); shapes (B, n), (B, n, 8), (B, n, 3) and
+    (B, n).
     """
     crank, rod, base, base_angle, platform, platform_angle, gain, offset = parameters.T[..., None]
     x, y, phi = np.moveaxis(poses, -1, 0)
@@ -40,9 +40,7 @@ def linearised(
     derivatives[..., 5] = by_turn
     derivatives[..., 6] = by_angle * readings
     derivatives[..., 7] = by_angle
-    position, orientation, reading = noise
-    variances = position**2 + (orientation * by_turn) ** 2 + (reading * gain * by_angle) ** 2
-    return length - rod, derivatives, 1 / variances
+    return length - rod, derivatives, np.stack([rod_x, rod_y, by_turn], axis=-1), gain * by_angle
 
 
 def identified(
@@ -50,8 +48,10 @@ def identified(
 ) -> tuple[Array, Array, Array]:
     """Parameters and standard deviations (B, 8) and chi-square (B)."""
     parameters = start.copy()
+    variances = np.square([noise[0], noise[0], noise[1]])
     for _ in range(20):
-        closures, derivatives, weights = linearised(parameters, poses, readings, noise)
+        closures, derivatives, by_pose, by_reading = linearised(parameters, poses, readings)
+        weights = 1 / (by_pose**2 @ variances + (noise[2] * by_reading) ** 2)
         weighted = (weights[..., None] * derivatives).swapaxes(1, 2)
         information = weighted @ derivatives
         gradient = weighted @ closures[..., None]
@@ -61,3 +61,50 @@ def identified(
         parameters -= step[..., 0]
     deviations = np.sqrt(np.diagonal(np.linalg.inv(information), axis1=1, axis2=2))
     return parameters, deviations, (weights * closures**2).sum(axis=1)
+
+
+def identified_jointly(
+    start: Array, poses: Array, readings: Array, noise: tuple[float, float, float]
+) -> tuple[Array, Array]:
+    """Parameters and standard deviations (R, legs, 8) of R robots, true poses unknown.
+
+    Start (R, legs, 8), poses (R, n, 3), readings (R, n, legs). Poses and readings move together
+    with the parameters; a pose is eliminated from its closures.
+    """
+    robots, legs, p = start.shape
+    parameters = start.copy()
+    true_poses, true_readings = poses.copy(), readings.copy()
+    variances = np.square([noise[0], noise[0], noise[1]])
+    for _ in range(20):
+        h, by_parameters, by_pose, by_reading = (
+            np.stack(each, axis=2)
+            for each in zip(
+                *(
+                    linearised(parameters[:, leg], true_poses, true_readings[..., leg])
+                    for leg in range(legs)
+                ),
+                strict=True,
+            )
+        )
+        off = h - by_reading * (true_readings - readings)
+        off -= (by_pose @ (true_poses - poses)[..., None])[..., 0]
+        covariance = (by_pose * variances) @ by_pose.swapaxes(2, 3)
+        covariance += np.eye(legs) * (noise[2] * by_reading[..., None]) ** 2
+        weights = np.linalg.inv(covariance)
+        information = np.empty((robots, legs, p, legs, p))
+        for i, j in np.ndindex(legs, legs):
+            weighted = weights[:, :, i, j, None] * by_parameters[:, :, i]
+            information[:, i, :, j] = weighted.swapaxes(1, 2) @ by_parameters[:, :, j]
+        information = information.reshape(robots, legs * p, legs * p)
+        forces = (weights @ off[..., None])[..., 0]
+        gradient = np.einsum("rnl,rnla->rla", forces, by_parameters).reshape(robots, legs * p)
+        step = -np.linalg.solve(information, gradient[..., None])[..., 0]
+        moved = step.reshape(robots, 1, legs, p)
+        forces = (weights @ (off + (by_parameters * moved).sum(axis=3))[..., None])[..., 0]
+        parameters += moved[:, 0]
+        true_poses = poses - variances * (forces[..., None] * by_pose).sum(axis=2)
+        true_readings = readings - noise[2] ** 2 * by_reading * forces
+        if -(gradient * step).sum(axis=1).min() < 1e-12:  # in variances
+            break
+    deviations = np.sqrt(np.diagonal(np.linalg.inv(information), axis1=1, axis2=2))
+    return parameters, deviations.reshape(start.shape)

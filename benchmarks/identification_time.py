@@ -7,9 +7,9 @@ The 3-RRR of the paper, three legs with 24 poses of their own, estimator `implic
 whitened closures and their derivatives from symkin's batched functions, and passes with fixed
 weights until the parameters stay still, by its default method and by MINPACK's; both are asked for
 the covariance. `batched_numpy` has all robots in arrays beside each other and derivatives written
-out. The last rows have Huber's loss at 30 poses a leg, the fewest that guard each other, and the
-estimator `joint` on all 72 poses: other problems than the peers'. Processor times, best of five
-runs, and the largest differences of the estimates in standard deviations.
+out. The last rows have Huber's loss at 30 poses a leg, the fewest that guard each other, which has
+no peer, and the estimator `joint` on all 72 poses, whose peer is `batched_numpy`'s. Processor
+times, best of five runs, and the largest differences of the estimates in standard deviations.
 """
 
 import sys
@@ -31,6 +31,7 @@ Array = NDArray[np.float64]
 
 _LONGEST = 20  # robots that SciPy gets
 _TOGETHER = 300  # legs that NumPy is fastest with
+_FEW_TOGETHER = 20  # robots of `joint`
 
 
 def by_scipy(
@@ -102,6 +103,20 @@ def by_numpy(mechanism: symkin.Mechanism, fleet: list[symkin.Measurements]) -> A
     return np.concatenate(found).reshape(len(fleet), *mechanism.parameters.shape)
 
 
+def by_numpy_jointly(mechanism: symkin.Mechanism, fleet: list[symkin.Measurements]) -> Array:
+    """The same by `joint`, with all poses for all legs."""
+    noise = mechanism.noise
+    found = []
+    for first in range(0, len(fleet), _FEW_TOGETHER):
+        some = fleet[first : first + _FEW_TOGETHER]
+        start = np.tile(mechanism.parameters, (len(some), 1, 1))
+        poses = np.array([each.poses for each in some])
+        readings = np.array([each.readings for each in some])
+        sizes = noise.position, noise.orientation, noise.reading
+        found.append(batched_numpy.identified_jointly(start, poses, readings, sizes)[0])
+    return np.concatenate(found)
+
+
 def robots(
     mechanism: symkin.Mechanism, count: int, poses: int = 24
 ) -> dict[str, symkin.Measurements]:
@@ -165,6 +180,7 @@ def main(count: int) -> None:
     least_squares = of_fleet(mechanism, fleet)
     huber = of_fleet(mechanism, robots(mechanism, count, 30), loss="huber")
     joint = of_fleet(mechanism, fleet, "joint")
+    numpy_joint = best(lambda: by_numpy_jointly(mechanism, every), count)
 
     found = symkin.identify_many(mechanism, fleet, poses="own", threads=1)
     off = 0.0
@@ -172,25 +188,34 @@ def main(count: int) -> None:
         parameters, deviations = by_scipy(mechanism, each, "trf")
         off = max(off, float(np.max(np.abs(found.parameters[row] - parameters) / deviations)))
     off_numpy = np.max(np.abs(found.parameters - by_numpy(mechanism, every)) / found.deviations)
+    jointly = symkin.identify_many(mechanism, fleet, "joint", poses="all", threads=1)
+    off_joint = np.max(
+        np.abs(jointly.parameters - by_numpy_jointly(mechanism, every)) / jointly.deviations
+    )
     print(f"{'':47} {'us a robot':>10} {'robots/s':>9} {'SciPy/it':>9} {'NumPy/it':>9}")
-    for name, seconds in (
-        ("SciPy's least_squares, same reweighting", scipy),
-        ('the same with method="lm", which is MINPACK', minpack),
-        (f"NumPy, {count} robots in arrays", numpy),
-        ("one call of the core", single),
-        ("symkin.identify, calibrated mechanism included", whole),
-        (f"one call of the core, {count} robots", least_squares[0]),
-        (f"symkin.identify_many, {count} robots", least_squares[1]),
-        ("Huber's loss, 30 poses a leg, the core", huber[0]),
-        ("Huber's loss, 30 poses a leg, identify_many", huber[1]),
-        ("joint, 72 poses, the core", joint[0]),
-        ("joint, 72 poses, identify_many", joint[1]),
+    nothing = float("nan")
+    for name, seconds, by_scipy_takes, by_numpy_takes in (
+        ("SciPy's least_squares, same reweighting", scipy, scipy, numpy),
+        ('the same with method="lm", which is MINPACK', minpack, scipy, numpy),
+        (f"NumPy, {count} robots in arrays", numpy, scipy, numpy),
+        ("one call of the core", single, scipy, numpy),
+        ("symkin.identify, calibrated mechanism included", whole, scipy, numpy),
+        (f"one call of the core, {count} robots", least_squares[0], scipy, numpy),
+        (f"symkin.identify_many, {count} robots", least_squares[1], scipy, numpy),
+        ("Huber's loss, 30 poses a leg, the core", huber[0], nothing, nothing),
+        ("Huber's loss, 30 poses a leg, identify_many", huber[1], nothing, nothing),
+        ("joint, 72 poses, NumPy", numpy_joint, nothing, numpy_joint),
+        ("joint, 72 poses, the core", joint[0], nothing, numpy_joint),
+        ("joint, 72 poses, identify_many", joint[1], nothing, numpy_joint),
     ):
         print(
-            f"{name:47} {1e6 * seconds:10.1f} {1 / seconds:9.0f} {scipy / seconds:9.1f} "
-            f"{numpy / seconds:9.2f}"
+            f"{name:47} {1e6 * seconds:10.1f} {1 / seconds:9.0f} {by_scipy_takes / seconds:9.1f} "
+            f"{by_numpy_takes / seconds:9.2f}"
         )
-    print(f"largest difference from SciPy {off:.1e}, from NumPy {off_numpy:.1e} deviations")
+    print(
+        f"largest difference from SciPy {off:.1e}, from NumPy {off_numpy:.1e}, of joint "
+        f"{off_joint:.1e} deviations"
+    )
 
 
 if __name__ == "__main__":

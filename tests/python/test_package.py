@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import tomllib
+from pathlib import Path
 
 import pytest
 
@@ -75,3 +77,14 @@ def test_the_top_of_the_package_is_small_and_completed() -> None:
 def test_an_absent_name_is_an_attribute_error() -> None:
     with pytest.raises(AttributeError, match="module 'symkin' has no attribute 'lod'"):
         _ = symkin.lod
+
+
+def test_every_mutation_stands_in_its_source_once() -> None:
+    root = Path(__file__).resolve().parents[2]
+    listed = tomllib.loads((root / "tests/mutations.toml").read_text(encoding="utf-8"))["mutation"]
+    stale = []
+    for mutation in listed:
+        source = root / "cpp/symkin" / mutation["file"]
+        if not source.exists() or source.read_text(encoding="utf-8").count(mutation["before"]) != 1:
+            stale.append(mutation["before"])
+    assert not stale
