@@ -312,3 +312,33 @@ def test_tables_of_a_check_count_legs_from_1(paper):
     columns = check_mechanism(paper).columns()
     assert columns["leg"] == [1, 2, 3]
     assert columns["reference"] == [1, 1, 1]
+
+
+@pytest.mark.parametrize(
+    ("radius", "names"), [(0.5, set()), (0.44, {"base_height", "base_radius"})]
+)
+def test_what_a_drawing_knows_better_is_told_before_anything_is_measured(radius, names):
+    """Between circles of unlike radii a base's height is almost the offset of the sensors."""
+    robot = symkin.load_mechanism("3RPS")
+    parameters = robot.parameters.copy()
+    parameters[:, robot.parameter_names.index("platform_radius")] = radius
+    found = check_mechanism(robot.with_parameters(parameters))
+    assert set(found.weak) == names | ({"sensor_offset"} if names else set())
+    assert all(times > 10 for times in found.weak.values())
+    told = found.to_dict()["measuring"]["deviations_in_tolerances"]
+    assert told == pytest.approx(dict(found.weak))
+    assert ("3 worse than the drawing" in found.text()) == bool(names)
+    assert any("--prior tolerances" in note for note in found.page().notes) == bool(names)
+
+
+def test_what_is_expected_of_parameters_is_what_is_found_of_them():
+    robot = symkin.load_mechanism("3RPS")
+    parameters = robot.parameters.copy()
+    parameters[:, robot.parameter_names.index("platform_radius")] = 0.44
+    drawn = robot.with_parameters(parameters)
+    weak = check_mechanism(drawn).weak
+    plan = drawn.plan(candidates=1000, design="legs")
+    found = symkin.identify(drawn, symkin.simulate(drawn, plan, 1))
+    assert found.trustworthy
+    height = found.params["leg1.base_height"]
+    assert 0.1 < height.deviation / height.tolerance / weak["base_height"] < 3

@@ -1,11 +1,15 @@
 # SPDX-License-Identifier: MIT
 """The paper's conditions, tested numerically."""
 
+from pathlib import Path
+
 import pytest
 
 import symkin
 from symkin.analysis.conditions import check_conditions
 from symkin.planning.simulation import disturb
+
+DECLARED = Path(__file__).parents[2] / "mechanisms/declared"
 
 
 def failing(conditions):
@@ -88,6 +92,24 @@ def test_conditions_that_no_mechanism_can_fail_say_so(paper):
             if "by construction" in item.figure
         }
         assert figures == {(4, 2), (5, 3), (5, 4), (5, 5)}
+
+
+def test_conditions_fail_for_legs_that_are_not_what_they_ask_for():
+    """Two closures a leg, and points in frames that a declared leg has of its own."""
+    own = symkin.load_mechanism(DECLARED / "3RRR_four_bar.toml")
+    for robot, failed in ((symkin.load_mechanism("3RPS"), {3}), (own, {4, 5})):
+        found = [
+            each for each in check_conditions(robot, count=100).conditions if each.section == 5
+        ]
+        assert {each.number for each in found if not each.holds} & {3, 4, 5} == failed
+        for each in found:
+            assert ("by construction" in each.figure) == (each.number in {3, 4, 5} - failed)
+    (text,) = (
+        each.text
+        for each in check_conditions(symkin.load_mechanism("linear_delta"), count=100).conditions
+        if (each.section, each.number) == (5, 4)
+    )
+    assert text == "base points in cylindrical coordinates"
 
 
 def test_a_structure_whose_every_symmetry_flips_the_modes_has_no_symmetric_readings(paper):

@@ -11,7 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin.analysis.conditions import Conditions, check_conditions
-from symkin.analysis.observability import Observability, analyse_observability
+from symkin.analysis.observability import (
+    Observability,
+    analyse_observability,
+    observability_rows,
+)
 from symkin.analysis.readings_alone import ReadingsAlone, readings_alone
 from symkin.analysis.workspace import WorkspaceSample, sample_workspace
 from symkin.errors import SymkinError, named_legs
@@ -29,6 +33,7 @@ from symkin.model.symmetry import (
     symmetry_pairs,
 )
 from symkin.model.symmetry.groups import mechanism_groups
+from symkin.model.tolerances import UNKNOWN, parameter_tolerances
 from symkin.options import checks
 from symkin.results import Result
 from symkin.values import Value, field, plain, record
@@ -185,6 +190,24 @@ class CheckResult(Result):
         return any(leg.unseen for leg in self.observability)
 
     @property
+    def weak(self) -> Mapping[str, float]:
+        """Parameters that the drawing knows better than measurements will, and how many times.
+
+        Expected standard deviations over tolerances of more than 10, the largest of any leg, from
+        the closures of as many poses as the protocol takes, of what the workspace has on average.
+        Empty without a sample, and where some combination is not shown at all.
+        """
+        mechanism = self.mechanism
+        if self.sample is None or self.blind or not any(vars(mechanism.noise).values()):
+            return {}
+        found: dict[str, float] = {}
+        for leg in dict.fromkeys(each.reference for each in self.origins):
+            for name, times in _over_tolerances(mechanism, leg, self.leg_poses[leg]):
+                if times > UNKNOWN:
+                    found[name] = max(times, found.get(name, 0.0))
+        return found
+
+    @property
     def verdict(self) -> str:
         """Whether one choice of poses serves all legs, or which leg differs, in a sentence."""
         if self.missing:
@@ -272,6 +295,7 @@ class CheckResult(Result):
             "measuring": {
                 "identifiable": None if self.sample is None else not self.blind,
                 "least_poses": self.least_poses,
+                "deviations_in_tolerances": self.weak,
                 "design": self.design,
                 "next": self.next_step,
             },
@@ -366,6 +390,19 @@ def check_mechanism(mechanism: MechanismGiven, seed: int | None = None) -> Check
 def _leg_poses(mechanism: Mechanism, sample: WorkspaceSample) -> tuple[NDArray[np.float64], ...]:
     """Poses carried to each leg by the element that carries its reference leg (Eqs. 14, 22)."""
     return tuple(map_poses(mechanism, element, sample) for _, element in leg_carriers(mechanism))
+
+
+def _over_tolerances(
+    mechanism: Mechanism, leg: int, poses: NDArray[np.float64]
+) -> Iterator[tuple[str, float]]:
+    """Standard deviations to expect of a leg's parameters, in tolerances, from such poses."""
+    tolerances = parameter_tolerances(mechanism)[leg][mechanism.estimated[leg]]
+    rows = observability_rows(mechanism, leg, poses, "noise_aware") * tolerances
+    rows = rows[np.isfinite(rows).all(axis=1)]
+    _, values, directions = np.linalg.svd(rows, full_matrices=False)
+    share = mechanism.protocol.pose_count / len(poses)
+    deviations = np.linalg.norm(directions / values[:, None], axis=0) / math.sqrt(share)
+    yield from zip(mechanism.estimated_names(leg), deviations.tolist(), strict=True)
 
 
 def _home(mechanism: Mechanism) -> HomePose:

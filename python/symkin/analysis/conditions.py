@@ -33,7 +33,11 @@ from symkin.values import Value, field, record
 __all__ = ["Condition", "Conditions", "check_conditions"]
 
 _ROUNDING = 1e-9  # m, and of gains
-_BY_CONSTRUCTION = "by construction"  # of every mechanism that symkin can describe
+_BY_CONSTRUCTION = "by construction"  # of every mechanism of such chains
+# Kinds of coordinates of which a rotation about Z changes the azimuths alone.
+_POLAR = {
+    *("radius", "azimuth", "height", "polar_angle", "direction_distance", "direction_azimuth"),
+}
 
 
 @record
@@ -120,8 +124,8 @@ def check_conditions(
     """Test the conditions (1)-(5) of section 4 and (1)-(7) of section 5 of the paper.
 
     Those on the structure, 4(4), 5(1) and 5(2), do not ask for gains and offsets; those on the
-    sensors, 4(5), 5(6) and 5(7), do, of the elements that keep the working modes. 4(2) and 5(3) to
-    5(5) hold by construction: no mechanism can be described for which they fail.
+    sensors, 4(5), 5(6) and 5(7), do, of the elements that keep the working modes. 5(3) to 5(5) hold
+    by construction of chains with one closure whose points are in polar or cylindrical coordinates.
 
     A mechanism with more legs than degrees of freedom fails condition 4(1) alone, which does not
     stop the protocol. Of a mechanism that is nearly symmetric, such as a calibrated one, the larger
@@ -370,14 +374,16 @@ def _section_5(mechanism: Mechanism, measured: _Figures) -> Iterator[Condition]:
         f"not, or the reverse{measured.under}",
         "0",
     )
-    text = f"one closure a leg, {_BY_CONSTRUCTION}"
-    yield Condition(5, 3, "geometric model, perfect joints", True, text)
+    closures = mechanism.closures
+    yield Condition(
+        5,
+        3,
+        "geometric model, perfect joints",
+        closures == 1,
+        f"one closure a leg, {_BY_CONSTRUCTION}" if closures == 1 else f"{closures} closures a leg",
+    )
     for number, end in (4, "base"), (5, "platform"):
-        ends = "points" if mechanism.space.moves else "axes"
-        text = f"{end} {ends} in polar coordinates"
-        given = ", ".join(name for name in names if name.startswith(f"{end}_"))
-        given = given or f"none: the {end} is a point"
-        yield Condition(5, number, text, True, f"{given}, {_BY_CONSTRUCTION}")
+        yield _in_polar_coordinates(mechanism, number, end)
     gain = names[mechanism.parameter_roles(0).index(("none", "gain"))]
     gains = f"{gain} differs by {measured.gains:.1e} of its size"
     equal = measured.gains <= _ROUNDING
@@ -392,3 +398,23 @@ def _section_5(mechanism: Mechanism, measured: _Figures) -> Iterator[Condition]:
         else measured.of_readings(measured.deviation, unit),
         f"{READING_ROUNDING:.0e} {unit}",
     )
+
+
+def _in_polar_coordinates(mechanism: Mechanism, number: int, end: str) -> Condition:
+    """Whether a rotation about Z changes the azimuth of a leg's points and nothing else of them."""
+    points = {
+        name: role.kind
+        for leg in range(len(mechanism.legs))
+        for name, role in zip(
+            mechanism.parameter_names, mechanism.parameter_roles(leg), strict=True
+        )
+        if role.end == end and name.startswith(f"{end}_")
+    }
+    kinds = set(points.values())
+    system = "cylindrical" if "height" in kinds else "polar"
+    polar = kinds <= _POLAR
+    ends = "points" if mechanism.space.moves else "axes"
+    figure = ", ".join(points) or f"none: the {end} is a point"
+    figure += f", {_BY_CONSTRUCTION}" if polar else ": in a frame of the leg's own"
+    text = f"{end} {ends} in {system} coordinates"
+    return Condition(5, number, text, polar, figure)

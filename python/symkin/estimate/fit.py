@@ -25,7 +25,6 @@ from symkin.model.tolerances import noise_of, parameter_tolerances
 
 __all__ = [
     "FALSE_ALARMS",
-    "UNKNOWN",
     "as_mechanism",
     "by_leg",
     "calibrated_mechanism",
@@ -37,8 +36,6 @@ Array = NDArray[np.float64]
 
 # Share of sound robots that one kind of test doubts, such as that of all parameters' distances.
 FALSE_ALARMS = 1e-3
-# Times the tolerance: a parameter of such a standard deviation is in effect not measured.
-UNKNOWN = 10
 
 _FARTHEST = 1e12  # m and rad, which no file may hold either
 _LOOK_FOR = (

@@ -17,11 +17,11 @@ from symkin.data.measurements import Measurements
 from symkin.errors import FailedFitError, SymkinError, named_legs
 from symkin.estimate.estimate import Estimate
 from symkin.estimate.evidence.findings import Doubt
-from symkin.estimate.fit import FALSE_ALARMS, UNKNOWN, as_mechanism
+from symkin.estimate.fit import FALSE_ALARMS, as_mechanism
 from symkin.estimate.options import EstimateOptions
 from symkin.model.framing import unframed
 from symkin.model.mechanism import Mechanism
-from symkin.model.tolerances import parameter_tolerances
+from symkin.model.tolerances import UNKNOWN, parameter_tolerances
 
 __all__ = ["doubted", "examined", "impossible", "suspects"]
 

@@ -10,7 +10,10 @@ from symkin import _core
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import NoiseSettings, Tolerances
 
-__all__ = ["noise_of", "parameter_tolerances", "tolerances_of"]
+__all__ = ["UNKNOWN", "noise_of", "parameter_tolerances", "tolerances_of"]
+
+# Times the tolerance: a parameter of such a standard deviation is in effect not measured.
+UNKNOWN = 10
 
 
 def noise_of(noise: NoiseSettings) -> _core.MeasurementNoise:

@@ -107,9 +107,11 @@ def _headlines(result: CheckResult) -> list[Headline]:
     shown = f"{ranks[worst]} of {counts[worst]}"
     if ranks[worst] == counts[worst]:
         shown = "all " + " or ".join(map(str, sorted(set(counts))))
+    weak = len(result.weak)
+    remark = f"of every leg, {weak} worse than the drawing" if weak else "of every leg"
     more = "by default; symkin pose-count"
     headlines = [
-        ("Parameters that poses show", shown, "of every leg"),
+        ("Parameters that poses show", shown, remark),
         ("Poses", f"at least {result.least_poses}", f"{mechanism.protocol.pose_count} {more}"),
         ("Design", result.design, _DESIGNS[result.design]),
         ("Workspace", f"{100 * result.share:.1f}%", "of its box can be used"),
@@ -137,6 +139,7 @@ def _doubts(result: CheckResult) -> list[str]:
 def _notes(result: CheckResult) -> list[str]:
     notes = [result.comparison.sentences[-1]] if result.comparison.sensors != "exact" else []
     notes += held_parameters(result.mechanism)
+    notes += _weak(result)
     notes += _negative(result)
     notes += _own_frames(result.mechanism)
     notes += _drawn_sideways(result.mechanism) if len(result.orbits) > 1 else []
@@ -152,6 +155,20 @@ def _notes(result: CheckResult) -> list[str]:
             "not stop the protocol."
         )
     return notes
+
+
+def _weak(result: CheckResult) -> list[str]:
+    """Name what measurements will hardly say, and what to do about it."""
+    if not result.weak:
+        return []
+    told = [f"{name} {significant(times, 2)}" for name, times in result.weak.items()]
+    worst = max(result.weak, key=lambda name: result.weak[name])
+    return [
+        f"The drawing will know {', '.join(result.weak)} better than "
+        f"{result.mechanism.protocol.pose_count} measured poses do (standard deviations in "
+        f"tolerances: {', '.join(told)}). What they do to the platform is shown: identify with "
+        f"--prior tolerances, or hold one of them, as by --fixed {worst}"
+    ]
 
 
 def _negative(result: CheckResult) -> list[str]:

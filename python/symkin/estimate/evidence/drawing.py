@@ -15,13 +15,13 @@ from symkin import _core
 from symkin.errors import named_legs
 from symkin.estimate.conflict import LIMIT
 from symkin.estimate.evidence.findings import Doubt, Note, few
-from symkin.estimate.fit import FALSE_ALARMS, UNKNOWN
+from symkin.estimate.fit import FALSE_ALARMS
 from symkin.estimate.found import Found
 from symkin.estimate.parameters import Unknown
 from symkin.estimate.precision import Expected
 from symkin.estimate.solution import computed_from_drawing
 from symkin.model.poses import POSE_SPACES, cross_matrices, transforms
-from symkin.model.tolerances import parameter_tolerances
+from symkin.model.tolerances import UNKNOWN, parameter_tolerances
 
 __all__ = [
     "implausible_parameters",
