@@ -114,3 +114,24 @@ def test_an_assignment_has_the_least_cost_of_all_orders():
         rows = np.arange(count)
         least = min(costs[rows, order].sum() for order in orders)
         assert costs[rows, assigned(costs)].sum() == pytest.approx(least)
+
+
+CONVENTIONS = {
+    "negate the columns of y, phi": lambda poses: poses * [1, -1, -1],
+    "negate the column of y": lambda poses: poses * [1, -1, 1],
+    "exchange the columns of x and y": lambda poses: poses[:, [1, 0, 2]],
+    "name their column phi_deg": lambda poses: poses * [1, 1, 180 / np.pi],
+    "add 90 degrees to phi": lambda poses: poses - [0, 0, np.pi / 2],
+}
+
+
+@pytest.mark.parametrize("remedy", CONVENTIONS)
+def test_a_convention_is_told_with_what_to_do_to_the_table(remedy):
+    robot = symkin.load_mechanism("3RRR")
+    table = symkin.simulate(robot, robot.plan(24), seed=1).measurements.for_all_legs()
+    wrong = replace(table, poses=CONVENTIONS[remedy](np.array(table.poses)))
+    try:
+        cause = symkin.identify(robot, wrong).doubts[0]
+    except symkin.SymkinError as error:
+        cause = error.likely_cause
+    assert (cause.code, cause.remedy) == ("convention-of-poses", remedy)

@@ -58,7 +58,9 @@ CAUSES: Mapping[str, Code] = {
     "unit-of-lengths": Code(
         "lengths that were observed are {unit}", "give them in metres, or name the columns so"
     ),
-    "convention-of-poses": Code("in the measured poses {convention}", "correct the table"),
+    "convention-of-poses": Code(
+        "in the measured poses {convention}", "{do}", {"do": "correct the table"}
+    ),
     "rows-shifted": Code(
         "the readings of {legs} stand {shift} in the table",
         "move the column{s} {back}",

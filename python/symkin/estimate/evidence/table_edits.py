@@ -18,6 +18,7 @@ from symkin.analysis.conventions import (
     taken_as,
     ways_of,
 )
+from symkin.data.columns import pose_column_names
 from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError
 from symkin.estimate.evidence.findings import Doubt
@@ -41,6 +42,7 @@ _RARER_UNITS = {1e-2: "centimetres", 25.4e-3: "inches"}
 _LEAST_TURNED = 6  # rows
 _PLAINLY_OFF = 3.0  # times what the drawing and the noise leave of orientations
 _BETTER = 1.5
+_AS_VECTORS = "give them as rotation vectors (rx, ry, rz) or quaternions (qx, qy, qz, qw)"
 
 
 def with_readings(measured: Measurements, change: Callable[[Array], Array]) -> Measurements:
@@ -56,8 +58,8 @@ def with_readings(measured: Measurements, change: Callable[[Array], Array]) -> M
 def edits_of_poses(stated: Correction) -> Iterator[Correction]:
     """Correct what was observed in another unit or convention."""
     yield from _in_units(stated, _UNITS)
-    for convention, poses in _conventions(stated.mechanism, stated.measurements.poses):
-        yield from _with_poses(stated, convention, poses)
+    for convention, poses, remedy in _conventions(stated.mechanism, stated.measurements.poses):
+        yield from _with_poses(stated, convention, poses, remedy)
 
 
 def _in_units(stated: Correction, units: Mapping[float, str]) -> Iterator[Correction]:
@@ -79,14 +81,15 @@ def rarer_edits(stated: Correction) -> Iterator[Correction]:
         order = np.arange(poses.shape[1])
         order[[one, other]] = other, one
         words = f"{names[one]} and {names[other]} are exchanged"
-        yield from _with_poses(stated, words, poses[:, order])
+        remedy = f"exchange the columns of {names[one]} and {names[other]}"
+        yield from _with_poses(stated, words, poses[:, order], remedy)
     if np.isfinite(poses[:, size:]).any():
         for axis in range(size):
             signs = np.where(np.arange(poses.shape[1]) == axis, -1.0, 1.0)
             words = f"{names[axis]} has the opposite sign, but not the orientation"
-            yield from _with_poses(stated, words, poses * signs)
-    for words, turned in _rarer_orientations(nominal, poses):
-        yield from _with_poses(stated, words, turned)
+            yield from _with_poses(stated, words, poses * signs, _negate(nominal, signs))
+    for words, turned, remedy in _rarer_orientations(nominal, poses):
+        yield from _with_poses(stated, words, turned, remedy)
 
 
 def _angles(stated: Correction) -> Iterator[Correction]:
@@ -106,7 +109,7 @@ def _angles(stated: Correction) -> Iterator[Correction]:
         meant = taken_as(way, device[measured], space.name)
         taken[measured] = poses_of(space.name, meant)
         words = f"the orientations are no rotation vectors, but angles {way}"
-        yield from _with_poses(stated, words, taken)
+        yield from _with_poses(stated, words, taken, _AS_VECTORS)
 
 
 def _as_drawn(stated: Correction, device: Array, ways: Sequence[str]) -> list[str]:
@@ -131,15 +134,24 @@ def _as_drawn(stated: Correction, device: Array, ways: Sequence[str]) -> list[st
     return [best.convention] if best.cost * _BETTER <= as_measured.told.cost else []
 
 
-def _with_poses(stated: Correction, convention: str, poses: Array) -> Iterator[Correction]:
+def _with_poses(
+    stated: Correction, convention: str, poses: Array, remedy: str
+) -> Iterator[Correction]:
     if not np.array_equal(poses, stated.measurements.poses, equal_nan=True):
         made = dataclasses.replace(stated.measurements, poses=poses)
-        cause = Doubt("convention-of-poses", figures={"convention": convention})
+        cause = Doubt("convention-of-poses", figures={"convention": convention, "do": remedy})
         yield stated._replace(cause=cause, measurements=made)
 
 
-def _conventions(nominal: Mechanism, poses: Array) -> Iterator[tuple[str, Array]]:
-    """Ways in which poses may have been written down."""
+def _negate(nominal: Mechanism, signs: Array) -> str:
+    """What to do about columns that have the opposite sign."""
+    names = (name.partition("_")[0] for name in pose_column_names(nominal.pose_space))
+    wrong = [name for name, sign in zip(names, signs, strict=True) if sign < 0]
+    return f"negate the column{'s' * (len(wrong) > 1)} of {', '.join(wrong)}"
+
+
+def _conventions(nominal: Mechanism, poses: Array) -> Iterator[tuple[str, Array, str]]:
+    """Ways in which poses may have been written down, and what to do about them."""
     # A mirrored rotation keeps the component of its axis along the mirror's normal.
     rotations: dict[str, tuple[int, ...]] = {
         "x is mirrored": (1, -1, -1, 1),
@@ -162,22 +174,27 @@ def _conventions(nominal: Mechanism, poses: Array) -> Iterator[tuple[str, Array]
         words: positions.get(words, (1, 1, 1)) + signs for words, signs in rotations.items()
     }
     for words, factors in conventions[nominal.pose_space].items():
-        yield words, poses * np.array(factors, dtype=float)
+        signs = np.array(factors, dtype=float)
+        yield words, poses * signs, _negate(nominal, signs)
     if nominal.pose_space == "planar":
-        yield "the angle has the opposite sign", poses * np.array([1.0, 1.0, -1.0])
-        yield "angles are degrees, not radians", poses * np.array([1.0, 1.0, math.pi / 180])
+        signs = np.array([1.0, 1.0, -1.0])
+        yield "the angle has the opposite sign", poses * signs, _negate(nominal, signs)
+        radians = poses * np.array([1.0, 1.0, math.pi / 180])
+        yield "angles are degrees, not radians", radians, "name their column phi_deg"
     if nominal.space.has_quaternion:
         position = nominal.space.size
         scalar_last = np.hstack([poses[:, :position], np.roll(poses[:, position:], -1, axis=1)])
-        yield "the quaternions are in the order w, x, y, z", scalar_last
+        words = "the quaternions are in the order w, x, y, z"
+        yield words, scalar_last, "name their columns qw, qx, qy, qz in that order"
 
 
-def _rarer_orientations(nominal: Mechanism, poses: Array) -> Iterator[tuple[str, Array]]:
-    """Ways in which orientations may have been written down, less often."""
+def _rarer_orientations(nominal: Mechanism, poses: Array) -> Iterator[tuple[str, Array, str]]:
+    """Ways in which orientations may have been written down, less often; as `_conventions`."""
     if nominal.pose_space == "planar":
         for quarter, side in ((math.pi / 2, "y"), (-math.pi / 2, "minus y")):
             words = f"the angle is counted from {side}, not x"
-            yield words, poses + np.array([0.0, 0.0, quarter])
+            remedy = f"{'add 90 degrees to' if quarter > 0 else 'take 90 degrees from'} phi"
+            yield words, poses + np.array([0.0, 0.0, quarter]), remedy
     size = nominal.space.size
     if not nominal.space.has_quaternion or not np.isfinite(poses[:, size:]).all():
         return
@@ -190,7 +207,7 @@ def _rarer_orientations(nominal: Mechanism, poses: Array) -> Iterator[tuple[str,
         (reversed_order, _quaternions(rotations_from_angles(angles, "XYZ"))),
         (reversed_order, _quaternions(rotations_from_angles(-inverse, "xyz"))),
     ):
-        yield words, np.hstack([poses[:, :size], quaternions])
+        yield words, np.hstack([poses[:, :size], quaternions]), _AS_VECTORS
 
 
 def _roll_pitch_yaw(quaternions: Array) -> Array:
