@@ -195,6 +195,9 @@ def _headlines(found: Estimate) -> Iterator[Headline]:
         remark = f"{significant(low)} to {significant(high)} for sound robots"
         if found.noise_is_estimated:
             remark = "by construction, since the noise was estimated"
+            if found.session_noise:
+                times = ", ".join(map(significant, found.session_noise))
+                remark += f": {times} times the declared one in the sessions"
         left_out = {row for row, _ in found.rejected}.union(found.aside)
         if left_out:
             remark += f"; without what was rejected at {plural(len(left_out), 'pose')}"
