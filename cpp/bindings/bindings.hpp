@@ -15,6 +15,7 @@ void bind_declared(py::module_& module);
 void bind_kinematics(py::module_& module);
 void bind_symmetry(py::module_& module);
 void bind_statistics(py::module_& module);
+void bind_tables(py::module_& module);
 void bind_estimation(py::module_& module);
 void bind_design(py::module_& module);
 

@@ -52,6 +52,7 @@ PYBIND11_MODULE(_core, module) {
   bind_kinematics(module);
   bind_symmetry(module);
   bind_statistics(module);
+  bind_tables(module);
   bind_estimation(module);
   bind_design(module);
 }

@@ -10,7 +10,7 @@ import numpy
 import numpy.typing
 import symkin.errors
 import typing
-__all__: list[str] = ['AccuracyWeights', 'ActiveJoint', 'Carrier', 'Certificate', 'ChainInfo', 'ClosureRows', 'Criterion', 'Declaration', 'DetectedSymmetry', 'Diagnosis', 'DrawingConflict', 'ElementImage', 'End', 'Error', 'Estimator', 'Fleet', 'FleetTolerances', 'ForwardKinematicsResult', 'FoundPair', 'Frame', 'GoodnessOfFit', 'IMAGE_TOLERANCES', 'Identification', 'ImpossibleLeg', 'Isometry', 'JointFit', 'JointMap', 'LegDeviation', 'LegIdentification', 'LegRows', 'MeasurementNoise', 'MeasurementSet', 'Mechanism', 'NotIdentifiable', 'Observability', 'Observations', 'Observed', 'ObservedRows', 'PairSymmetry', 'ParameterInfo', 'ParameterKind', 'PoseErrors', 'PoseSet', 'PoseUse', 'QuadraticForm', 'ResidualTest', 'RowFit', 'RowKind', 'Selection', 'SelectionMethod', 'SelectionOptions', 'Setup', 'Simulation', 'SingularityMeasures', 'Suspect', 'SymmetryElement', 'SymmetryFrame', 'SymmetryGroup', 'SymmetryMismatch', 'SymmetryPair', 'SymmetryTolerance', 'Tolerances', 'WorkspaceOptions', 'WorkspaceRejections', 'WorkspaceSample', 'WorkspaceSymmetry', 'accuracy_weights', 'analyse_observability', 'apart', 'chain_info', 'chain_names', 'chi_square_tail', 'closure', 'command_errors', 'continued', 'declare_chain', 'detect_symmetry', 'diagnose', 'disturb', 'drawing_conflict', 'expected_accuracy', 'f_tail', 'find_pairs', 'fit_jointly', 'fleet_tolerances', 'forward_kinematics', 'generate_legs', 'generating_elements', 'identify', 'identify_many', 'image_of_legs', 'inside_workspace', 'inverse_kinematics', 'joints_at_home', 'largest_error', 'left_unexplained', 'leg_carriers', 'linearise', 'loss_bend', 'loss_names', 'measurement_errors', 'mechanism_rows', 'noncentral_chi_square', 'observability_group', 'observability_rows', 'observed_rows', 'on_constraint', 'pair_of', 'parameter_jacobian', 'pose_jacobian', 'projected_effects', 'reach_margin', 'reading_sign', 'redundant_scalars', 'sample_workspace', 'select_poses', 'simulate', 'singularity_measures', 'starting_poses', 'student_limit', 'symmetry_deviations', 'transform_leg', 'transform_poses', 'unknown_names', 'verify_symmetry', 'verify_workspace_symmetry', 'with_starting_frames']
+__all__: list[str] = ['AccuracyWeights', 'ActiveJoint', 'Carrier', 'Certificate', 'ChainInfo', 'ClosureRows', 'Criterion', 'CsvColumn', 'CsvTable', 'CsvWords', 'Declaration', 'DetectedSymmetry', 'Diagnosis', 'DrawingConflict', 'ElementImage', 'End', 'Error', 'Estimator', 'Fleet', 'FleetTolerances', 'ForwardKinematicsResult', 'FoundPair', 'Frame', 'GoodnessOfFit', 'IMAGE_TOLERANCES', 'Identification', 'ImpossibleLeg', 'Isometry', 'JointFit', 'JointMap', 'LegDeviation', 'LegIdentification', 'LegRows', 'MeasurementNoise', 'MeasurementSet', 'Mechanism', 'NotIdentifiable', 'Observability', 'Observations', 'Observed', 'ObservedRows', 'PairSymmetry', 'ParameterInfo', 'ParameterKind', 'PoseErrors', 'PoseSet', 'PoseUse', 'QuadraticForm', 'ResidualTest', 'RowFit', 'RowKind', 'Selection', 'SelectionMethod', 'SelectionOptions', 'Setup', 'Simulation', 'SingularityMeasures', 'Suspect', 'SymmetryElement', 'SymmetryFrame', 'SymmetryGroup', 'SymmetryMismatch', 'SymmetryPair', 'SymmetryTolerance', 'Tolerances', 'WorkspaceOptions', 'WorkspaceRejections', 'WorkspaceSample', 'WorkspaceSymmetry', 'accuracy_weights', 'analyse_observability', 'apart', 'chain_info', 'chain_names', 'chi_square_tail', 'closure', 'command_errors', 'continued', 'csv_number', 'declare_chain', 'detect_symmetry', 'diagnose', 'disturb', 'drawing_conflict', 'expected_accuracy', 'f_tail', 'find_pairs', 'fit_jointly', 'fleet_tolerances', 'forward_kinematics', 'generate_legs', 'generating_elements', 'identify', 'identify_many', 'image_of_legs', 'inside_workspace', 'inverse_kinematics', 'joints_at_home', 'largest_error', 'left_unexplained', 'leg_carriers', 'linearise', 'loss_bend', 'loss_names', 'measurement_errors', 'mechanism_rows', 'noncentral_chi_square', 'observability_group', 'observability_rows', 'observed_rows', 'on_constraint', 'pair_of', 'parameter_jacobian', 'pose_jacobian', 'projected_effects', 'reach_margin', 'reading_sign', 'redundant_scalars', 'sample_workspace', 'select_poses', 'simulate', 'singularity_measures', 'starting_poses', 'student_limit', 'symmetry_deviations', 'transform_leg', 'transform_poses', 'unknown_names', 'verify_symmetry', 'verify_workspace_symmetry', 'with_starting_frames']
 class AccuracyWeights:
     @property
     def evaluated(self) -> int:
@@ -117,6 +117,50 @@ class Criterion(enum.Enum):
     O4 = 3
     O5 = 4
     expected_error = 5
+class CsvColumn:
+    @property
+    def comma(self) -> int:
+        ...
+    @property
+    def empty(self) -> typing.Annotated[numpy.typing.NDArray[numpy.bool], "[m, 1]"]:
+        ...
+    @property
+    def name(self) -> str:
+        ...
+    @property
+    def numbers(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
+        ...
+    @property
+    def point(self) -> int:
+        ...
+    @property
+    def text(self) -> int:
+        ...
+class CsvTable:
+    def __init__(self, text: bytes) -> None:
+        ...
+    def cell(self, row: typing.SupportsInt | typing.SupportsIndex, column: typing.SupportsInt | typing.SupportsIndex) -> str:
+        ...
+    def column(self, column: typing.SupportsInt | typing.SupportsIndex) -> CsvColumn:
+        ...
+    def words(self, column: typing.SupportsInt | typing.SupportsIndex) -> CsvWords:
+        ...
+    @property
+    def column_count(self) -> int:
+        ...
+    @property
+    def lines(self) -> typing.Annotated[numpy.typing.NDArray[numpy.int64], "[m, 1]"]:
+        ...
+    @property
+    def with_commas(self) -> bool:
+        ...
+class CsvWords:
+    @property
+    def codes(self) -> typing.Annotated[numpy.typing.NDArray[numpy.int32], "[m, 1]"]:
+        ...
+    @property
+    def distinct(self) -> list[str]:
+        ...
 class Declaration:
     def __init__(self, name: str, pose_space: str, joints: collections.abc.Sequence[tuple[str, typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], bool, typing.SupportsInt | typing.SupportsIndex, typing.SupportsFloat | typing.SupportsIndex, typing.SupportsFloat | typing.SupportsIndex]], transforms: collections.abc.Sequence[typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(10)"]], loops: collections.abc.Sequence[tuple[collections.abc.Sequence[tuple[str, typing.SupportsInt | typing.SupportsIndex]], collections.abc.Sequence[tuple[str, typing.SupportsInt | typing.SupportsIndex]], str, typing.SupportsInt | typing.SupportsIndex, typing.SupportsInt | typing.SupportsIndex]], scalars: collections.abc.Sequence[tuple[str, typing.SupportsInt | typing.SupportsIndex, typing.SupportsInt | typing.SupportsIndex, End, ParameterKind, bool]], home_pose: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], home_joints: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], free: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex]) -> None:
         ...
@@ -1105,6 +1149,8 @@ def closure(mechanism: Mechanism, leg: typing.SupportsInt | typing.SupportsIndex
 def command_errors(actual: Mechanism, model: Mechanism, commanded: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]", "flags.c_contiguous"]) -> PoseErrors:
     ...
 def continued(mechanism: Mechanism, readings: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], home: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"], known: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
+    ...
+def csv_number(cell: str, with_commas: bool) -> tuple[float, str] | None:
     ...
 def declare_chain(declaration: Declaration) -> None:
     ...

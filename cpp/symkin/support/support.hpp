@@ -2,6 +2,7 @@
 #pragma once
 
 // The base on which all rooms stand: errors, random streams, threads, decompositions.
+#include "symkin/support/csv_table.hpp"
 #include "symkin/support/dense.hpp"
 #include "symkin/support/error.hpp"
 #include "symkin/support/interrupt.hpp"

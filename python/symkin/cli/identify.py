@@ -203,8 +203,7 @@ def identify_batch(
         list[Path],
         typer.Argument(
             metavar="FILES...",
-            help="Measurements, CSV or Parquet: a file a robot, or one table with a column "
-            '"robot".',
+            help='Measurements, CSV or Parquet: a file a robot, or tables with a column "robot".',
         ),
     ],
     columns: ColumnsOption = None,

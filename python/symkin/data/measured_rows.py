@@ -388,16 +388,23 @@ class MeasuredRows(Result):
         return self.subset(np.flatnonzero(wanted) if wanted.dtype == bool else wanted)
 
     def subset(self, rows: NDArray[np.intp]) -> Self:
-        """Return the measurements of some rows, from 0."""
+        """Return the measurements of some rows, from 0; what was checked of all holds of them."""
+        if np.ndim(rows) != 1:
+            raise MeasurementError(f"rows have shape {np.shape(rows)}; expected 1 dimension")
         try:
-            chosen: dict[str, Any] = {
-                each.name: value[rows]
+            state = {
+                each.name: value[rows] if isinstance(value, np.ndarray) else value
                 for each in fields(self)
-                if isinstance(value := getattr(self, each.name), np.ndarray)
+                for value in (getattr(self, each.name),)
             }
         except IndexError as error:
             raise MeasurementError(f"no subset of {len(self.poses)} rows: {error}") from None
-        return replace(self, **chosen)
+        part = object.__new__(type(self))
+        part.__dict__.update(state)
+        for value in state.values():
+            if isinstance(value, np.ndarray):
+                value.flags.writeable = False
+        return part
 
     def to_dict(self) -> dict[str, Any]:
         """Return it as plain values, without what was not observed at all."""

@@ -114,7 +114,7 @@ def read_measurements(
     """
     mechanism = as_mechanism(mechanism)
     table = only_counting(read_table(source, mechanism.step))
-    return _measurements_of(table, mechanism, columns, ignore)
+    return measurements_of_table(table, mechanism, columns, ignore)
 
 
 def as_measurements(measured: MeasuredSessions, mechanism: Mechanism) -> Measurements:
@@ -185,20 +185,30 @@ def read_fleet(
     """
     mechanism = as_mechanism(mechanism)
     table = read_table(source, mechanism.step)
+    return measurements_by_robot(table, mechanism, columns, ignore)
+
+
+def measurements_by_robot(
+    table: Table,
+    mechanism: Mechanism,
+    columns: MeasurementColumns | None,
+    ignore: Sequence[str],
+) -> dict[str, Measurements]:
+    """Return what `read_fleet` does, from a table."""
     table.require(ROBOT, "the name or number of the robot that the row belongs to")
-    labels = np.array(table.labels(ROBOT))
-    _, first, robots = np.unique(labels, return_index=True, return_inverse=True)
-    measurements = _measurements_of(table, mechanism, columns, ignore, robots.ravel())
-    order = np.argsort(robots.ravel(), kind="stable")
-    ends = np.cumsum(np.bincount(robots.ravel()))
+    labels = table.labels(ROBOT)
+    _, first, robots = np.unique(labels.codes, return_index=True, return_inverse=True)
+    measurements = measurements_of_table(table, mechanism, columns, ignore, robots)
+    order = np.argsort(robots, kind="stable")
+    ends = np.cumsum(np.bincount(robots))
     rows = np.split(order, ends[:-1])
     return {
-        str(labels[first[robot]]): measurements.subset(rows[robot])
+        labels.distinct[labels.codes[first[robot]]]: measurements.subset(rows[robot])
         for robot in np.argsort(first, kind="stable")
     }
 
 
-def _measurements_of(
+def measurements_of_table(
     table: Table,
     mechanism: Mechanism,
     columns: MeasurementColumns | None,
@@ -318,26 +328,50 @@ def _check_observed(table: Table, measurements: Measurements, mechanism: Mechani
 def _check_repeated_rows(
     table: Table, measurements: Measurements, robots: NDArray[np.intp] | None
 ) -> None:
-    count = table.row_count
     values = [
-        np.nan_to_num(value.reshape(count, -1), nan=np.inf)
+        column
         for each in fields(measurements)
         if isinstance(value := getattr(measurements, each.name), np.ndarray)
         and each.name != "row_numbers"
+        for column in value.reshape(table.row_count, -1).T
     ]
     if robots is not None:
-        values.append(robots[:, np.newaxis])
-    rows = np.column_stack(values)
-    _, first, inverse = np.unique(rows, axis=0, return_index=True, return_inverse=True)
-    repeated = np.flatnonzero(first[inverse.ravel()] != np.arange(len(rows)))
+        values.append(robots)
+    repeated, original = _repeated(values)
     if len(repeated):
-        original = table.row_numbers[first[inverse.ravel()[repeated[0]]]]
+        original = table.row_numbers[original]
         more = f" ({len(repeated)} repeated rows in all)" if len(repeated) > 1 else ""
         raise table.row_error(
             int(repeated[0]),
             f"repeats row {original}{more}; a repeated row adds no information but looks as if it "
             "did",
         )
+
+
+def _repeated(columns: Sequence[NDArray[Any]]) -> tuple[NDArray[np.intp], int]:
+    """Rows that were there before, NaN like NaN, and where the first of them was.
+
+    Only rows with the same key are compared, which is quick where there are none.
+    """
+    keys = np.zeros(len(columns[0]), dtype=np.uint64)
+    factors = np.random.default_rng(0).integers(2**63, size=len(columns), dtype=np.uint64)
+    for column, factor in zip(columns, factors, strict=True):
+        bits = _comparable(column).view(np.uint64)
+        keys += (bits ^ bits >> np.uint64(32)) * (factor | np.uint64(1))
+    order = np.argsort(keys, kind="stable")
+    alike = np.flatnonzero(np.diff(keys[order]) == 0)
+    candidates = np.sort(order[np.union1d(alike, alike + 1)])
+    rows = np.column_stack([_comparable(column[candidates]) for column in columns])
+    _, first, inverse = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+    before = first[inverse.ravel()]
+    repeated = np.flatnonzero(before != np.arange(len(rows)))
+    original = int(candidates[before[repeated[0]]]) if len(repeated) else -1
+    return candidates[repeated], original
+
+
+def _comparable(values: NDArray[Any]) -> NDArray[np.float64]:
+    """As floats without NaN and negative zero."""
+    return np.nan_to_num(np.asarray(values, dtype=np.float64), nan=np.inf) + 0.0
 
 
 def _check_units(

@@ -16,7 +16,12 @@ from numpy.typing import NDArray
 
 from symkin import present
 from symkin.data.measurements import Measurements
-from symkin.data.reading import ROBOT, read_fleet, read_measurements
+from symkin.data.reading import (
+    ROBOT,
+    measurements_by_robot,
+    measurements_of_table,
+    read_fleet,
+)
 from symkin.errors import MeasurementError, SymkinError, did_you_mean, one_of
 from symkin.estimate.covariates import steps_of
 from symkin.estimate.evidence.findings import Doubt, Note
@@ -428,22 +433,32 @@ def fleet_of_files(
     *,
     ignore: Sequence[str] = (),
 ) -> dict[str, Measurements | str]:
-    """Measurements of robots: a file each, or one table with a column ``robot``.
+    """Measurements of robots: a file each, or tables of many with a column ``robot``.
 
     A file that cannot be used is a robot with the reason in place of measurements.
     """
-    if len(files) == 1 and ROBOT in read_table(files[0]).names:
-        return dict(read_fleet(files[0], mechanism, columns, ignore=ignore))
     stems = [file.name.split(".")[0] for file in files]
     robots: dict[str, Measurements | str] = {}
     for file, stem in zip(files, stems, strict=True):
         name = stem if stems.count(stem) == 1 else str(file)
-        if name in robots:
-            raise SymkinError(f"{file}: is named twice")
+        found: Mapping[str, Measurements | str]
         try:
-            robots[name] = read_measurements(file, mechanism, columns, ignore=ignore)
+            table = read_table(file, mechanism.step)
+            if ROBOT not in table.names:
+                found = {name: measurements_of_table(table, mechanism, columns, ignore)}
         except SymkinError as error:
-            robots[name] = str(error)
+            found = {name: str(error)}
+        else:
+            if ROBOT in table.names:
+                found = measurements_by_robot(table, mechanism, columns, ignore)
+        for robot, measured in found.items():
+            if robot in robots:
+                raise SymkinError(
+                    f"{file}: is named twice"
+                    if robot == str(file)
+                    else f'{file}: robot "{robot}" is in a file before it, too'
+                )
+            robots[robot] = measured
     return robots
 
 

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import codecs
-import csv
 import gzip
 import math
 import os
@@ -12,7 +11,7 @@ import re
 import stat
 import zlib
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextvars import ContextVar
 from io import BytesIO
 from pathlib import Path
@@ -21,8 +20,10 @@ from typing import IO, Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from symkin import _core
 from symkin.errors import MeasurementError, SymkinError, did_you_mean, known_extension
 from symkin.storage.quantities import unit_factor
+from symkin.storage.table_columns import Column, CsvCells, Numbers, Words, column_of
 
 
 # A file, an open stream of text or bytes, or a DataFrame or other mapping of columns.
@@ -44,8 +45,7 @@ _PARQUET = (".parquet", ".pq")
 _SPECIAL = frozenset(',"\r\n')  # of CSV
 _GZIP = b"\x1f\x8b"
 _MOST_BYTES = 1_000_000_000  # of what was compressed
-# Text, None where a cell is empty; or numbers and where they are missing; or what else it holds.
-_Column = list[str | None] | tuple[NDArray[np.float64], NDArray[np.bool_]] | str
+_Column = Column | str  # or what else it holds
 
 
 class Table:
@@ -76,16 +76,14 @@ class Table:
         path: Path | None,
         name: str,
         columns: Sequence[tuple[str, _Column]],
-        row_numbers: Sequence[int],
-        separator: str = "",
+        row_numbers: NDArray[np.intp],
     ) -> None:
         self.path = path
         self.name = name
         self.names = [column for column, _ in columns]
         self.row_count = len(row_numbers)
-        self.row_numbers = np.array(row_numbers, dtype=np.intp)
+        self.row_numbers = row_numbers
         self._columns = dict(columns)
-        self._separator = separator
         self._marked: tuple[str, str] | None = None
         self._read: set[str] = set()
         self._origin: tuple[Table, Mapping[str, str]] | None = None
@@ -122,25 +120,19 @@ class Table:
         for name, column in names.items():
             self.require(column, name)
         columns = [(name, self._columns[column]) for name, column in names.items()]
-        table = Table(self.path, self.name, columns, self.row_numbers.tolist(), self._separator)
+        table = Table(self.path, self.name, columns, self.row_numbers)
         table.step = self.step
         table._origin = self, names
         return table
 
     def subset(self, rows: NDArray[np.intp], without: Sequence[str] = ()) -> Table:
         """Return these rows alone, without some columns."""
-        columns: list[tuple[str, _Column]] = []
-        for name in self.names:
-            column = self._columns[name]
-            if name in without:
-                continue
-            if isinstance(column, list):
-                column = [column[row] for row in rows]
-            elif isinstance(column, tuple):
-                column = column[0][rows], column[1][rows]
-            columns.append((name, column))
-        numbers = self.row_numbers[rows].tolist()
-        table = Table(self.path, self.name, columns, numbers, self._separator)
+        columns = [
+            (name, column if isinstance(column, str) else column.subset(rows))
+            for name, column in self._columns.items()
+            if name not in without
+        ]
+        table = Table(self.path, self.name, columns, self.row_numbers[rows])
         table.step = self.step
         return table
 
@@ -169,9 +161,12 @@ class Table:
         column = self._cells(name)
         if isinstance(column, str):
             raise self.error(f'column "{name}" holds {column}; expected numbers')
-        if isinstance(column, list):
-            column = self._parsed(name, column), np.array([cell is None for cell in column])
-        values, empty = column
+        numbers = column.numbers()
+        if numbers.text:
+            row, cell = numbers.text
+            raise self.row_error(row, f'has "{cell}" in column "{name}"; expected a number')
+        self._check_marks(numbers)
+        values, empty = numbers.values, numbers.empty
         if empty.any() and not empty_allowed:
             raise self.row_error(
                 int(np.argmax(empty)), f'is empty in column "{name}"; expected a number'
@@ -201,7 +196,9 @@ class Table:
     def words(self, name: str, allowed: Sequence[str]) -> list[str]:
         """Return a column of words out of a few."""
         column = self._cells(name)
-        values = [cell or "" for cell in column] if isinstance(column, list) else ["a number"]
+        words = Words.of(["a number"]) if isinstance(column, str) else column.words()
+        texts = [*words.distinct, ""]
+        values = [texts[code] for code in words.codes.tolist()]
         for index, value in enumerate(values):
             if value not in allowed:
                 raise self.row_error(
@@ -211,46 +208,33 @@ class Table:
 
     def texts(self, name: str) -> list[str]:
         """Return a column of names, which may be numbers; empty cells are empty texts."""
+        words = self._words(name)
+        distinct = [*words.distinct, ""]
+        return [distinct[code] for code in words.codes.tolist()]
+
+    def labels(self, name: str) -> Words:
+        """Return a column of names, which may be numbers; none is empty."""
+        words = self._words(name)
+        if (words.codes < 0).any():
+            index = int(np.argmax(words.codes < 0))
+            raise self.row_error(index, f'is empty in column "{name}"; expected a name')
+        return words
+
+    def _words(self, name: str) -> Words:
         column = self._cells(name)
         if isinstance(column, str):
             raise self.error(f'column "{name}" holds {column}; expected names or numbers')
-        if isinstance(column, tuple):
-            column = [
-                None if empty else f"{value:.15g}" for value, empty in zip(*column, strict=True)
-            ]
-        return [label or "" for label in column]
+        return column.words()
 
-    def labels(self, name: str) -> list[str]:
-        """Return a column of names, which may be numbers; none is empty."""
-        labels = self.texts(name)
-        if "" in labels:
-            raise self.row_error(labels.index(""), f'is empty in column "{name}"; expected a name')
-        return labels
-
-    def _parsed(self, name: str, cells: list[str | None]) -> NDArray[np.float64]:
-        values = np.full(len(cells), np.nan)
-        for index, cell in enumerate(cells):
-            if cell is None:
-                continue
-            try:
-                values[index], mark = _number(cell, self._separator)
-            except ValueError as error:
-                raise self.row_error(
-                    index, f'has "{cell}" in column "{name}"; expected a number'
-                ) from error
-            self._check_mark(cell, mark)
-        return values
-
-    def _check_mark(self, cell: str, mark: str) -> None:
+    def _check_marks(self, numbers: Numbers) -> None:
         """A comma may divide thousands where others have a decimal point, so nobody can tell."""
-        if not mark:
-            return
-        if self._marked is None:
-            self._marked = cell, mark
-        elif self._marked[1] != mark:
-            raise self.error(
-                f'has "{self._marked[0]}" and "{cell}"; expected one kind of decimal mark'
-            )
+        for (_, cell), mark in sorted((cell, mark) for mark, cell in numbers.marks.items()):
+            if self._marked is None:
+                self._marked = cell, mark
+            elif self._marked[1] != mark:
+                raise self.error(
+                    f'has "{self._marked[0]}" and "{cell}"; expected one kind of decimal mark'
+                )
 
 
 def read_table(source: TableSource, step: str = "") -> Table:
@@ -293,7 +277,7 @@ def _read(source: TableSource) -> Table:
 
     if data.startswith(_GZIP):
         data = _decompressed(data, error)
-    if not data.strip():
+    if not data or data.isspace():
         raise error("the file is empty")
     if Path(name).suffix in _PARQUET or data.startswith(b"PAR1"):
         return _parquet_table(path, name, data)
@@ -356,7 +340,7 @@ def file_bytes(path: Path, error: Callable[[str], SymkinError], most: int | None
         raise error(f"cannot be read: {unreadable.strerror}") from unreadable
     except UnicodeError as unreadable:
         raise error("has a name that the system does not take") from unreadable
-    if not data.strip():
+    if not data or data.isspace():
         raise error("the file is empty")
     return data
 
@@ -388,27 +372,17 @@ def _table_of_columns(columns: Any) -> Table:
             f"a {type(columns).__name__} is no table; expected a file, a stream, a DataFrame or a "
             "dictionary of columns"
         )
-    made = [(str(name), _column(np.asarray(columns[name]))) for name in columns.keys()]  # noqa: SIM118
+    made = [(str(name), column_of(np.asarray(columns[name]))) for name in columns.keys()]  # noqa: SIM118
     counts = {np.shape(columns[name]) for name in columns.keys()}  # noqa: SIM118
     if len(counts) > 1 or any(len(shape) != 1 for shape in counts):
         shown = ", ".join(map(str, sorted(counts)))
         raise MeasurementError(f"the columns have shapes {shown}; expected one length")
     count = counts.pop()[0] if counts else 0
-    return Table(None, "the table", made, range(1, count + 1))
+    return Table(None, "the table", made, _rows_from_one(count))
 
 
-def _column(values: NDArray[Any]) -> _Column:
-    if values.dtype.kind in "iuf":
-        numbers = values.astype(np.float64)
-        return numbers, np.isnan(numbers)
-    if values.dtype.kind in "OUT":
-        # Missing values are None, NaN or pandas' NA, of which only text is equal to itself.
-        return [str(value) if _is_there(value) else None for value in values.tolist()]
-    return str(values.dtype)
-
-
-def _is_there(value: Any) -> bool:
-    return value is not None and str(value) not in ("", "nan", "<NA>")
+def _rows_from_one(count: int) -> NDArray[np.intp]:
+    return np.arange(1, count + 1)
 
 
 def _parquet(name: str) -> tuple[Any, Any]:
@@ -425,104 +399,64 @@ def _parquet(name: str) -> tuple[Any, Any]:
 def _parquet_table(path: Path | None, name: str, data: bytes) -> Table:
     arrow, parquet = _parquet(name)
     try:
-        read = parquet.read_table(arrow.BufferReader(data))
+        read = parquet.ParquetFile(arrow.BufferReader(data)).read()
     except (arrow.ArrowException, OSError, UnicodeError) as error:
         raise MeasurementError(f"{name}: cannot be read: {error}") from error
     columns = [
         (column.strip(), _arrow_column(arrow, read.column(index)))
         for index, column in enumerate(read.column_names)
     ]
-    return Table(path, name, columns, range(1, read.num_rows + 1))
+    return Table(path, name, columns, _rows_from_one(read.num_rows))
 
 
 def _arrow_column(arrow: Any, column: Any) -> _Column:
     types = arrow.types
     if types.is_string(column.type) or types.is_large_string(column.type):
-        return [value or None for value in column.to_pylist()]
+        coded = column.combine_chunks().dictionary_encode()
+        distinct = coded.dictionary.to_pylist()
+        codes, empty = _arrays(coded.indices, np.int32)
+        if "" in distinct:
+            empty |= codes == distinct.index("")
+        return Words(np.where(empty, -1, codes), distinct)
     # A column of empty cells only has the type null.
     kinds = (types.is_integer, types.is_floating, types.is_null)
     if not any(is_kind(column.type) for is_kind in kinds):
         return str(column.type)
-    numbers = np.asarray(column.cast(arrow.float64(), safe=False).to_numpy(), dtype=np.float64)
-    return numbers, np.asarray(column.is_null().to_numpy(), dtype=bool)
+    values, empty = _arrays(column.combine_chunks().cast(arrow.float64(), safe=False), np.float64)
+    return Numbers(np.where(empty, np.nan, values), empty)
 
 
-_SEPARATORS = ",;\t"
-_NUMBER = re.compile(r"[+-]?(\d+[.,]?\d*|[.,]\d+)([eE][+-]?\d+)?", re.ASCII)
-_NOT_FINITE = re.compile(r"[+-]?(nan|inf|infinity)", re.IGNORECASE | re.ASCII)
-_NO_TEXT = re.compile(r"[\x00-\x08\x0e-\x1f]")
+def _arrays(column: Any, kind: type) -> tuple[NDArray[Any], NDArray[np.bool_]]:
+    """Values and where they are missing, without `to_numpy`, which imports pandas: a second."""
+
+    def array(of: Any, dtype: type) -> NDArray[Any]:
+        values: NDArray[Any] = np.frombuffer(of.buffers()[1] or b"", dtype)
+        return values[of.offset : of.offset + len(of)]
+
+    return array(column, kind), array(column.is_null().cast("uint8"), np.uint8) > 0
+
+
+# Of Unicode alone: the reader knows those of ASCII.
+_SPACES = re.compile("[\x85\xa0\u1680\u2000-\u200a\u2028\u2029\u202f\u205f\u3000]")
 
 
 def _csv_table(
     path: Path | None, name: str, data: bytes, error: Callable[[str], MeasurementError]
 ) -> Table:
-    """CSV: UTF-8, UTF-16 with its mark, or Latin-1; commas, semicolons or tabs.
-
-    Lines that begin with ``#``, empty lines and rows of empty cells are passed over.
-    """
-    text = _decoded(data, error)
-    separator = _separator(next(_Lines(text), ""))
-    lines = _Lines(text)
-    records = csv.reader(lines, delimiter=separator, skipinitialspace=separator != "\t")
-    names: list[str] | None = None
-    rows: list[list[str]] = []
-    numbers: list[int] = []
+    """CSV: UTF-8, UTF-16 with its mark, or Latin-1; commas, semicolons or tabs."""
     try:
-        for record in records:
-            cells = [cell.strip() for cell in record]
-            place = lines.first()
-            if names is None:
-                names = cells
-            elif any(cells):
-                if len(cells) != len(names):
-                    raise error(f"row {place} has {len(cells)} cells; expected {len(names)}")
-                rows.append(cells)
-                numbers.append(place)
-    except csv.Error as unreadable:
-        raise error(f"row {lines.first()} cannot be read: {unreadable}") from unreadable
-    if names is None or not rows:
-        raise error("there are no rows below the header")
-    if all(_NUMBER.fullmatch(name) for name in names):
-        raise error("its first row has numbers; expected the names of the columns")
-    columns = [[cell or None for cell in column] for column in zip(*rows, strict=True)]
-    return Table(path, name, list(zip(names, columns, strict=True)), numbers, separator)
+        read = _core.CsvTable(_utf8(data, error))
+    except _core.Error as unreadable:
+        raise error(str(unreadable)) from unreadable
+    cells = [CsvCells(read, place) for place in range(read.column_count)]
+    columns = [(read.column(place).name, each) for place, each in enumerate(cells)]
+    return Table(path, name, columns, read.lines)
 
 
-def _number(cell: str, separator: str) -> tuple[float, str]:
-    """A cell's number and its decimal mark, which is empty if it has none."""
-    if _NOT_FINITE.fullmatch(cell):
-        return float(cell), ""
-    if not _NUMBER.fullmatch(cell) or (separator == "," and "," in cell):
-        raise ValueError(cell)
-    mark = "," if "," in cell else "." if "." in cell else ""
-    return float(cell.replace(",", ".")), mark
-
-
-class _Lines(Iterator[str]):
-    """The lines of a text without comments and empty ones, and where they stand in it."""
-
-    def __init__(self, text: str) -> None:
-        self._lines = text.split("\n")
-        self._next = 0
-        self._first: int | None = None
-
-    def __next__(self) -> str:
-        while self._next < len(self._lines):
-            line = self._lines[self._next]
-            self._next += 1
-            # Inside a record, whose quotes are still open, nothing is a comment.
-            if self._first is not None or (line.strip() and not line.lstrip().startswith("#")):
-                self._first = self._first or self._next
-                return line + "\n"
-        raise StopIteration
-
-    def first(self) -> int:
-        """Return the line, from 1, at which the record begins that ends here."""
-        first, self._first = self._first or self._next, None
-        return first
-
-
-def _decoded(data: bytes, error: Callable[[str], MeasurementError]) -> str:
+def _utf8(data: bytes, error: Callable[[str], MeasurementError]) -> bytes:
+    """The text with plain spaces; what is ASCII stays where it is."""
+    if data.isascii():
+        return data
     try:
         if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
             text = data.decode("utf-16")
@@ -532,14 +466,4 @@ def _decoded(data: bytes, error: Callable[[str], MeasurementError]) -> str:
         if undecodable.encoding != "utf-8":
             raise error(f"cannot be read: {undecodable.reason}") from undecodable
         text = data.decode("latin-1")
-    strange = _NO_TEXT.search(text)
-    if strange:
-        row = text.count("\n", 0, strange.start()) + 1
-        raise error(f"cannot be read: row {row} has a character {strange.group()!r}; expected text")
-    return text.replace("\r\n", "\n").replace("\r", "\n")
-
-
-def _separator(header: str) -> str:
-    """What separates the names, outside of quotes, most often."""
-    bare = re.sub(r'"[^"]*"', "", header)
-    return max(_SEPARATORS, key=bare.count)
+    return _SPACES.sub(" ", text).encode()

@@ -3,6 +3,7 @@
 
 import csv
 import dataclasses
+import json
 from pathlib import Path
 
 import numpy as np
@@ -222,6 +223,20 @@ def test_files_are_named_by_their_path_where_their_names_are_alike(mechanism, ro
         symkin.write_measurements(robots["robot 1"], path, mechanism)
     assert list(fleet_of_files(mechanism, paths)) == [str(path) for path in paths]
     assert list(fleet_of_files(mechanism, [Path(paths[0])])) == ["m"]
+
+
+def test_several_tables_may_each_hold_many_robots(robots, tmp_path, capsys):
+    names = list(robots)
+    for table, held in (("a", names[:2]), ("b", names[2:4]), ("c", names[:1])):
+        parts = [measurement_columns(robots[robot], "rad") for robot in held]
+        together = {key: np.concatenate([part[key] for part in parts]) for key in parts[0]}
+        labels = [robot for robot in held for _ in range(len(robots[robot].poses))]
+        write_table(tmp_path / f"{table}.csv", {"robot": labels, **together})
+    files = [str(tmp_path / f"{table}.csv") for table in "abc"]
+    assert main(["identify-batch", "3RRR", *files[:2], "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["robots"] == names[:4]
+    assert main(["identify-batch", "3RRR", *files]) != 0
+    assert f'c.csv: robot "{names[0]}" is in a file before it, too' in capsys.readouterr().err
 
 
 ASKED = {"shared": ("sensor_gain",), "fixed": ("leg3.*",), "prior": "tolerances"}

@@ -30,6 +30,8 @@ Write = Callable[..., Path]
         '"a"; b\n"1"; 2\n3;"4,5"\n',
         "# tracker 7\n#\na,b\n1,2\n  # lunch\n3,4.5\n",
         "a,b\n1,2\n3,4.5\n,\n,\n",
+        "a,b\n1,2\n+3.e0,+.45e+1\n",
+        "a;\u00a0b\n1;2\u2009\n3;4,5\u00a0\n",
     ],
 )
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
@@ -112,6 +114,7 @@ def test_csv_is_written_plainly(tmp_path: Path) -> None:
         ("1,2\n3,4\n", "its first row has numbers; expected the names"),
         ("a,b\n1,\x002\n", "row 2 has a character '\\x00'"),
         ("a,b\n1," + "9" * 200_000, "row 2 cannot be read"),
+        ("a,b\n1,2\n3,1e999\n", 'row 3 has inf in column "b"'),
     ],
 )
 def test_a_bad_csv_is_refused_with_its_row(write: Write, text: str, words: str) -> None:
@@ -141,6 +144,20 @@ def test_a_file_that_is_no_table_is_refused(tmp_path: Path, write: Write) -> Non
     binary.write_bytes(b"\xff\xfe\x00")
     with pytest.raises(MeasurementError, match="cannot be read"):
         read_table(binary)
+
+
+@pytest.mark.parametrize("name", ["t.csv", "t.parquet"])
+def test_names_are_read_as_they_are_written_and_none_is_empty(tmp_path: Path, name: str) -> None:
+    cells = {"robot": ["007", "B", "007"], "empty": ["a", "", "b"], "x": [1.0, 2.5, 1.0]}
+    write_table(tmp_path / name, cells)
+    table = read_table(tmp_path / name)
+    for column, distinct in (("robot", ["007", "B"]), ("x", ["1", "2.5"])):
+        labels = table.labels(column)
+        assert (labels.codes.tolist(), list(labels.distinct)) == ([0, 1, 0], distinct)
+    with pytest.raises(MeasurementError, match='is empty in column "empty"; expected a name'):
+        table.labels("empty")
+    with pytest.raises(MeasurementError, match='has "B" in column "robot"; expected a number'):
+        table.numbers("robot")
 
 
 def test_an_empty_cell_is_nan_only_where_that_is_allowed(write: Write) -> None:
