@@ -17,6 +17,7 @@ import symkin
 from symkin.cli.console import JsonOption, print_json, progress, say
 from symkin.cli.options import (
     AccuracyOption,
+    AvoidOption,
     CandidatesOption,
     ConfidenceOption,
     Measured,
@@ -80,15 +81,7 @@ def measure(
     unknown: Unknown,
     candidates: CandidatesOption = None,
     margin_sigmas: Annotated[float, of("margin_sigmas")] = 3.0,
-    avoid: Annotated[
-        list[str] | None,
-        option(
-            "REGION",
-            "Measure no pose in this region, such as x=0.1:0.3,y=:-20cm (m and rad, or units; "
-            "an open end has no limit). May be given several times.",
-            like="candidates",
-        ),
-    ] = None,
+    avoid: AvoidOption = None,
     seed: SeedOption = None,
     units: Annotated[str, of("units")] = "",
     as_json: JsonOption = False,

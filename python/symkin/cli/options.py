@@ -166,6 +166,15 @@ AccuracyOption = Annotated[
         " 0.1mrad of the orientation. May be given for both.",
     ),
 ]
+AvoidOption = Annotated[
+    list[str] | None,
+    option(
+        "REGION",
+        "Measure no pose in this region, such as x=0.1:0.3,y=:-20cm (m and rad, or units; "
+        "an open end has no limit). May be given several times.",
+        like="candidates",
+    ),
+]
 ConfidenceOption = Annotated[str, of("confidence")]
 
 

@@ -22,6 +22,7 @@ from symkin.cli.console import (
 )
 from symkin.cli.options import (
     AccuracyOption,
+    AvoidOption,
     CandidatesOption,
     Choosing,
     ChoosingForPlan,
@@ -99,15 +100,7 @@ def plan(
     by: Measured,
     seen: Observing,
     unknown: Unknown,
-    avoid: Annotated[
-        list[str] | None,
-        option(
-            "REGION",
-            "Measure no pose in this region, such as x=0.1:0.3,y=:-20cm (m and rad, or units; "
-            "an open end has no limit). May be given several times.",
-            like="candidates",
-        ),
-    ] = None,
+    avoid: AvoidOption = None,
     minimum_distance: Annotated[str, of("minimum_distance")] = "0",
     symmetry: Annotated[bool, of("symmetry", "--symmetry/--no-symmetry")] = True,
     visit: Annotated[Visit | None, of("visit")] = None,
