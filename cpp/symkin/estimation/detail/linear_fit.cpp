@@ -103,7 +103,7 @@ RowMatrix LinearFit::covariance(const RowMatrix& held) const {
   if (std::isinf(condition_) && held.rows() == 0) {
     return RowMatrix::Constant(p, p, kInfinity);
   }
-  const RowMatrix any = half_.rows() > 0 ? product(half_, half_.transpose()) : cholesky_.inverse();
+  RowMatrix any = half_.rows() > 0 ? product(half_, half_.transpose()) : cholesky_.inverse();
   if (unseen_.cols() == 0) {
     return any;
   }
