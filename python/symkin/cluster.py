@@ -7,10 +7,12 @@ import contextlib
 import itertools
 import logging
 import signal
+import socket
 import threading
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import CancelledError, ThreadPoolExecutor
 from typing import Any
+from urllib.parse import urlsplit
 
 from symkin.errors import SymkinError
 from symkin.version import version
@@ -20,6 +22,7 @@ __all__ = ["begun", "dask_client", "opened_client", "require_version", "spread"]
 
 _AHEAD = 3  # chunks that every core has or waits for
 _CONNECT, _WORKERS = 15, 60  # s
+_RESOLVED = 5  # s, within which a name is
 # By default a worker is profiled a hundred times a second and its event loop measured fifty times,
 # and memory that an array frees goes back to the system at once.
 _UNDISTURBED = {
@@ -66,7 +69,9 @@ def dask_client(workers: int, scheduler: str | None = None) -> Iterator[Any]:
         ) from error
     with contextlib.ExitStack() as opened:
         address: Any = scheduler
-        if scheduler is None:
+        if scheduler is not None:
+            _require_known_host(scheduler)
+        else:
             # Any free port, since the usual one may be another's, and no dashboard, which needs
             # packages that nobody asked for. Nor does anybody see what is found by interrupting the
             # work for it. What a worker logs, such as that its scheduler has closed before it, is
@@ -135,6 +140,37 @@ def _interrupts_put_off() -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
     if received:
         raise KeyboardInterrupt
+
+
+def _require_known_host(scheduler: str) -> None:
+    """Refuse a host that nobody knows: a client would go on asking, and may wait for ever.
+
+    Beside it, since whoever asks a resolver that is silent cannot stop.
+    """
+    host = urlsplit(scheduler if "://" in scheduler else f"tcp://{scheduler}").hostname
+    if not host:
+        return
+    failed: list[str] = []
+
+    def ask() -> None:
+        try:
+            socket.getaddrinfo(host, None)
+        except OSError as error:
+            failed.append(error.strerror or str(error))
+        except UnicodeError:
+            failed.append("no name of a host")
+        else:
+            failed.append("")
+
+    asking = threading.Thread(target=ask, daemon=True)
+    asking.start()
+    asking.join(_RESOLVED)
+    why = failed[0] if failed else f"no answer within {_RESOLVED} s"
+    if why:
+        raise SymkinError(
+            f"{scheduler}: {host} cannot be resolved ({why}); expected the address that "
+            "`dask scheduler` prints, such as tcp://10.0.0.1:8786"
+        )
 
 
 async def _answer_of(scheduler: str) -> None:

@@ -90,6 +90,22 @@ def test_poses_that_do_not_turn_do_not_tell_the_frames_apart(robot):
     assert not np.isfinite(found.base_deviations).all()
 
 
+@pytest.mark.parametrize(
+    ("of_device", "of_robot", "words"),
+    [
+        ([3, 4, 5, 6], [], "no measured pose is known in full: none has qx, qy, qz, qw;"),
+        ([], [0], "no pose of the robot is known in full: none has x;"),
+        ((slice(None, None, 2), 0), (slice(1, None, 2), 0), "no row has both a full measured pose"),
+    ],
+)
+def test_what_is_missing_where_no_pose_is_full_is_said(robot, of_device, of_robot, words):
+    both = np.array(robot), np.array(robot)
+    for values, empty in zip(both, (of_device, of_robot), strict=True):
+        values[empty if isinstance(empty, tuple) else (slice(None), empty)] = np.nan
+    with pytest.raises(symkin.SymkinError, match=words):
+        symkin.align_frames(*both)
+
+
 def test_poses_of_unequal_shapes_are_refused(robot):
     with pytest.raises(MeasurementError, match=r"are \(40, 7\), the robot's \(39, 7\)"):
         symkin.align_frames(robot, robot[:-1])

@@ -19,7 +19,7 @@ from symkin.analysis.conventions import (
     ways_of,
 )
 from symkin.analysis.reflectors import body_of, in_three, is_tracked, motions_of
-from symkin.data.columns import has_columns, is_present, read_pose_values
+from symkin.data.columns import has_columns, is_present, pose_column_names, read_pose_values
 from symkin.data.measurements import Measurements
 from symkin.data.reading import read_measurements
 from symkin.errors import MeasurementError, one_of
@@ -214,6 +214,8 @@ def align_frames(
             "both"
         )
     kept = np.isfinite(device).all(axis=1) & np.isfinite(own).all(axis=1)
+    if not kept.any():
+        raise MeasurementError(_why_none(device, own, space))
     device, poses = device[kept], transforms(space, own[kept])
     ways = ways_of(device, space, triples=triples)
     if convention is not None:
@@ -242,6 +244,21 @@ def align_frames(
         length=length,
         pose_space=space,
     )
+
+
+def _why_none(device: Array, own: Array, space: str) -> str:
+    """What is missing where no pose is known in full on both sides."""
+    names = [name.partition("_")[0] for name in pose_column_names(space)]
+    for whose, values in (("measured pose", device), ("pose of the robot", own)):
+        known = np.isfinite(values)
+        if known.all(axis=1).any():
+            continue
+        lacking = np.flatnonzero(~known.any(axis=0))
+        told = f"no {whose} is known in full"
+        if 0 < len(lacking) < len(names) == values.shape[1]:
+            told += f": none has {', '.join(names[column] for column in lacking)}"
+        return f"{told}; frames are found from full poses"
+    return "no row has both a full measured pose and one of the robot; expected some that do"
 
 
 def _frames(base: Transform, target: Transform, points: ArrayLike | None, space: str) -> Frames:

@@ -15,10 +15,15 @@ from symkin.estimate.found import LegFit
 from symkin.estimate.problem import KINDS
 from symkin.present import Group, Image, Section, Table
 from symkin.show.images import plotted
+from symkin.show.theme import MANY
 from symkin.show.wording import fixed, milli, quoted, significant
 
 __all__ = ["observation_section", "rms"]
 
+_BINNED = (
+    " Of so many rows bins are shown, by their median and what holds 90% of them, and those rows "
+    "that fit worst; residuals.csv, beside the page, has all."
+)
 _WORST_ROWS, _BRIEF_ROWS = 8, 4
 _SHOWN_ROWS = 8
 _WIDER = {
@@ -63,11 +68,12 @@ def observation_section(found: Estimate, *, brief: bool = True) -> Section:
 
 
 def _figures(found: Estimate) -> Iterator[Image]:
+    binned = _BINNED if len(found.measurements.poses) > MANY else ""
     yield Image(
         "residuals",
         "Closure of every leg at every measured pose.",
         "What the identified parameters leave of the closures, at every pose of every leg; where "
-        "no pose was measured in full, the estimated errors of the readings.",
+        "no pose was measured in full, the estimated errors of the readings." + binned,
         plotted("residuals", found),
     )
     yield Image(
@@ -75,7 +81,7 @@ def _figures(found: Estimate) -> Iterator[Image]:
         "Closures of every leg against the variable that they depend on most.",
         "The same against what they depend on most: the reading, a coordinate of the pose or "
         "the order of measuring. The line is a parabola; noise alone makes it explain a few "
-        "percent.",
+        "percent." + binned,
         plotted("dependence", found),
     )
     if np.isfinite(found.rows.t).any():
@@ -83,7 +89,7 @@ def _figures(found: Estimate) -> Iterator[Image]:
             "t_values",
             "Estimated errors of all observations in their standard deviations, row by row.",
             "All observations against what the others say, in standard deviations. The lines are "
-            "where one of 1000 sound robots has any.",
+            "where one of 1000 sound robots has any." + binned,
             plotted("t_values", found),
         )
 

@@ -17,6 +17,7 @@ __all__ = [
     "BEFORE",
     "INK",
     "LINE",
+    "MANY",
     "PAPER",
     "THEME",
     "name_points",
@@ -24,6 +25,7 @@ __all__ = [
 ]
 
 
+MANY = 3000  # rows; of more, figures show bins and those that fit worst
 INK = "#333333"
 LINE = "#999999"
 BEFORE = "#8C8C8C"

@@ -188,6 +188,21 @@ def test_residuals_show_every_pose_of_every_leg(planar_result):
         np.testing.assert_allclose(axes.lines[1].get_ydata(), 1e3 * fit.residuals)
 
 
+def test_of_many_rows_bins_and_the_worst_are_drawn(paper):
+    poses = np.tile(symkin.sample_workspace(paper, 400, seed=1).poses, (10, 1))
+    random = np.random.default_rng(1)
+    readings = paper.inverse_kinematics(poses)
+    noisy = poses + 1e-4 * random.standard_normal(poses.shape)
+    noisy[1234, 0] += 0.01
+    found = symkin.identify(paper, symkin.Measurements.of(noisy, readings))
+    for figure in (plot.residuals(found), plot.dependence(found), plot.t_values(found).figure):
+        assert_not_blank(figure)
+        names = point_names(figure)
+        assert {len(of_leg) for of_leg in names.values()} == {100}
+        assert any("row 1235," in name for name in names["points0"])
+        assert any(axes.collections for axes in figure.axes)  # what holds most of them
+
+
 def test_figures_are_drawn_where_they_are_told(planar_result, paper):
     whole = Figure(figsize=(8, 8))
     upper, lower = whole.subfigures(2, 1)

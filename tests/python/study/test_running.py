@@ -7,6 +7,7 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 from typing import Any
@@ -213,6 +214,33 @@ def test_a_port_that_is_silent_is_told(
         address = f"tcp://127.0.0.1:{silent.getsockname()[1]}"
         with pytest.raises(symkin.SymkinError, match="no Dask scheduler answers"):
             run_study(one_cell, scheduler=address)
+
+
+@pytest.mark.parametrize(
+    ("answer", "words"),
+    [
+        (socket.gaierror(-2, "Name or service not known"), "Name or service not known"),
+        (None, "no answer within 0.1 s"),
+    ],
+)
+def test_a_host_that_nobody_knows_is_told_at_once(
+    one_cell: StudyDefinition,
+    monkeypatch: pytest.MonkeyPatch,
+    answer: OSError | None,
+    words: str,
+) -> None:
+    asked = threading.Event()
+
+    def resolved(*_: object) -> None:
+        if answer is not None:
+            raise answer
+        asked.wait(5)
+
+    monkeypatch.setattr("symkin.cluster.socket.getaddrinfo", resolved)
+    monkeypatch.setattr("symkin.cluster._RESOLVED", 0.1)
+    with pytest.raises(symkin.SymkinError, match=f"nowhere cannot be resolved .{words}"):
+        run_study(one_cell, scheduler="tcp://nowhere:8786")
+    asked.set()
 
 
 def test_tls_without_certificates_is_told(one_cell: StudyDefinition) -> None:

@@ -41,13 +41,16 @@ from symkin.show.figures.style import (
     sign,
 )
 from symkin.show.figures.workspaces import View, shown_of, views_of
-from symkin.show.theme import ACCENT, AFTER, BEFORE, INK, LINE, name_points
+from symkin.show.theme import ACCENT, AFTER, BEFORE, INK, LINE, MANY, name_points
 from symkin.show.units import on_paper
 from symkin.show.wording import milli, quantity, small
 
 INTERVAL = 1.96  # standard deviations: holds 95% of normal errors
 _COLUMNS = 3  # of panels, one a leg
 _FEW = 1500  # poses that a map shows one by one
+_BINS, _LEAST_IN_BIN = 120, 20
+_WORST = 100  # rows of a leg
+_HELD = (0.05, 0.95)  # quantiles between which a bin holds most
 _NAMED = 5  # blunders
 
 
@@ -151,10 +154,11 @@ def residuals(found: Estimate, *, figure: FigureBase | None = None) -> FigureBas
         values, colour = small(own.unit)[0] * own.values, leg_style(leg).colour
         numbers = found.measurements.row_numbers[own.rows]
         _draw_left(axes, leg, own.unit, numbers, values, numbers)
-        # One line with gaps: a line for each row would take long, and most of the page.
-        stems = np.stack([np.zeros_like(values), values, np.full_like(values, np.nan)], axis=1)
-        look: dict[str, Any] = {"linewidth": 0.8, "alpha": 0.5, "zorder": 1.9}
-        axes.plot(numbers.repeat(3), stems.ravel(), color=colour, **look)
+        if len(values) <= MANY:
+            # One line with gaps: a line for each row would take long, and most of the page.
+            stems = np.stack([np.zeros_like(values), values, np.full_like(values, np.nan)], axis=1)
+            look: dict[str, Any] = {"linewidth": 0.8, "alpha": 0.5, "zorder": 1.9}
+            axes.plot(numbers.repeat(3), stems.ravel(), color=colour, **look)
         axes.plot(numbers[own.rejected], values[own.rejected], "x", color=ACCENT, markersize=6)
         if leg + _COLUMNS >= len(left):
             axes.set_xlabel("row of the measurements", fontsize=SMALL, color=INK)
@@ -228,10 +232,11 @@ def t_values(found: Estimate, *, ax: Axes | None = None) -> Axes:
         style = None if leg is None else leg_style(leg)
         colour = INK if style is None else style.colour
         marker = "." if style is None else style.marker
+        worst = np.flatnonzero(own)[_one_by_one(axes, numbers[own], rows.t[own], colour)]
         (points,) = axes.plot(
-            numbers[own], rows.t[own], marker, color=colour, markersize=4, linestyle="none"
+            numbers[worst], rows.t[worst], marker, color=colour, markersize=4, linestyle="none"
         )
-        shown = zip(np.flatnonzero(own).tolist(), numbers[own], rows.t[own], strict=True)
+        shown = zip(worst.tolist(), numbers[worst], rows.t[worst], strict=True)
         names = [f"row {number}, {rows.what(row, space)}: {t:+.2g}" for row, number, t in shown]
         name_points(points, names)
         label = "poses and others" if leg is None else f"leg {leg + 1}"
@@ -503,10 +508,34 @@ def _panels(
 def _draw_left(
     axes: Axes, leg: int, unit: str, x: NDArray[Any], values: Array, rows: NDArray[np.intp]
 ) -> None:
-    (points,) = axes.plot(x, values, "o", color=leg_style(leg).colour, markersize=3)
-    named = zip(rows, values, strict=True)
+    colour = leg_style(leg).colour
+    shown = _one_by_one(axes, x, values, colour)
+    (points,) = axes.plot(x[shown], values[shown], "o", color=colour, markersize=3)
+    named = zip(rows[shown], values[shown], strict=True)
     told = small(unit)[1]
     name_points(points, [f"row {row}, leg {leg + 1}: {c:+.3g} {told}" for row, c in named])
+
+
+def _one_by_one(axes: Axes, x: NDArray[Any], values: Array, colour: str) -> NDArray[np.intp]:
+    """Which points are to be drawn: all, or of many the worst, once the others are in bins.
+
+    Each bin is drawn by its median and by what holds most of its values.
+    """
+    every = np.arange(len(values))
+    if len(values) <= MANY:
+        return every
+    known = np.flatnonzero(np.isfinite(values))
+    if len(known) > _LEAST_IN_BIN:
+        along = known[np.argsort(x[known], kind="stable")]
+        parts = np.array_split(along, min(_BINS, len(along) // _LEAST_IN_BIN))
+        middle = [float(np.median(x[part])) for part in parts]
+        low, half, high = np.array(
+            [np.quantile(values[part], (_HELD[0], 0.5, _HELD[1])) for part in parts]
+        ).T
+        axes.fill_between(middle, low, high, color=colour, alpha=0.3, linewidth=0)
+        axes.plot(middle, half, color=colour, linewidth=1.0)
+    worst = np.argsort(-np.abs(np.nan_to_num(values)), kind="stable")[:_WORST]
+    return np.sort(worst)
 
 
 # Errors of the end effector.

@@ -48,6 +48,7 @@ from symkin.show.theme import (
     ACCENT,
     INK,
     LINE,
+    MANY,
     PAPER,
 )
 from symkin.show.units import on_paper
@@ -275,7 +276,8 @@ def _draw_view(axes: Axes, space: str, cloud: Array, sets: Sequence[Array], view
     )
     for leg, each in enumerate(sets):
         chosen = shown_of(POSE_SPACES[space], each)
-        axes.scatter(chosen[:, view.x], chosen[:, view.y], zorder=3, **_marker(leg, len(sets)))
+        look = {"zorder": 3, "rasterized": len(each) > MANY, **_marker(leg, len(sets))}
+        axes.scatter(chosen[:, view.x], chosen[:, view.y], **look)
     return points
 
 
@@ -290,7 +292,8 @@ def _draw_with_angle(figure: FigureBase, place: Any, cloud: Array, sets: Sequenc
     style: dict[str, Any] = {"cmap": COLOUR_MAP, "s": 3, "alpha": 0.5, "linewidths": 0}
     axes.scatter(*few[:, :3].T, c=few[:, 2], depthshade=False, rasterized=True, **style)
     for leg, chosen in enumerate(sets):
-        axes.scatter(*chosen[:, :3].T, depthshade=False, **_marker(leg, len(sets)))
+        look = {"rasterized": len(chosen) > MANY, **_marker(leg, len(sets))}
+        axes.scatter(*chosen[:, :3].T, depthshade=False, **look)
     axes.view_init(elev=18, azim=-60)
     axes.set_box_aspect((1, 1, 0.9), zoom=0.84)  # its labels would be cut off otherwise
 
