@@ -15,7 +15,7 @@ from symkin.analysis.observability import RowKind
 from symkin.analysis.observed import Observable, Observed, Observing
 from symkin.analysis.promises import CONFIDENCE
 from symkin.analysis.workspace import WorkspaceSample, sample_workspace
-from symkin.data.reading import Measured
+from symkin.data.reading import Measured, MeasuredSessions
 from symkin.estimate.estimate import Estimate
 from symkin.estimate.estimate_file import loaded
 from symkin.estimate.identification import identify
@@ -137,7 +137,7 @@ class Robot(Mechanism):
 
     def identify(
         self,
-        measurements: Measured,
+        measurements: MeasuredSessions,
         estimator: Estimator | None = None,
         *,
         poses: PoseUse = "all",

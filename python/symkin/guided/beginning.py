@@ -152,6 +152,8 @@ def _settle(
     seed: int,
 ) -> None:
     """Write down what the session is of, or refuse a folder that has another."""
+    if folder.exists() and not folder.is_dir():
+        raise SymkinError(f"{folder}: is not a folder; choose another place")
     folder.mkdir(parents=True, exist_ok=True)
     drawing = folder / f".{ROBOT}"
     save_mechanism(robot, drawing, overwrite=True)

@@ -16,10 +16,11 @@ import symkin.exports
 import symkin.model.file_frames
 from symkin import _core, acceptance
 from symkin.analysis.observability import error_weight, expected_accuracy, mechanism_rows
+from symkin.analysis.observed import Observed
 from symkin.errors import NotIdentifiableError
 from symkin.model.declared import declared_chain
 from symkin.model.sensor_table import SensorTable
-from symkin.model.settings import DrawnPoints
+from symkin.model.settings import DrawnPoints, NoiseSettings
 from symkin.model.symmetry import map_poses
 from symkin.planning import travel_length
 from symkin.planning.selection import LegRows
@@ -461,6 +462,18 @@ def _of_package(mechanism: symkin.Mechanism, poses: np.ndarray) -> Iterator[Call
     for name in ("as_drawn", "from_drawing"):
         function = partial(getattr(symkin.model.file_frames, name), drawn)
         yield Call(name, {"poses": poses}, function)
+    noise = NoiseSettings(per_metre=1e-5)
+    yield Call("NoiseSettings.at", {"distances": np.ones(4)}, noise.at)
+    yield Call(
+        "Observed.measure",
+        {"times": np.ones(len(poses))},
+        lambda times: Observed(("pose",)).measure(
+            symkin.Measurements.of(poses, readings, pose_space=mechanism.pose_space),
+            noise,
+            1,
+            times,
+        ),
+    )
     yield Call("joint_values", {"poses": poses}, partial(symkin.exports.joint_values, mechanism))
     yield Call(
         "Mechanism.forward_kinematics",

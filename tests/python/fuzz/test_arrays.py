@@ -39,6 +39,7 @@ RESULTS = {
     "Acceptance",
     "AlignedErrors",
     "Alignment",
+    "Ask",
     "Assumed",
     "ConstantOrientation",
     "CostResult",

@@ -68,7 +68,10 @@ def test_each_has_the_noise_of_its_row(observed):
     assert found.keys() == OBSERVABLES.keys()
     for name, each in OBSERVABLES.items():
         assert np.array_equal(
-            found[name], np.broadcast_to(each.noise(NOISE, robot.space), found[name].shape)
+            found[name],
+            np.broadcast_to(
+                each.noise(NOISE, robot.space, getattr(taken, name)), found[name].shape
+            ),
         )
     assert not found["reported"].any()
 

@@ -179,7 +179,8 @@ def test_chosen_poses_stand_where_their_readings_are(findings):
     drawn = np.asarray(flat.collections[1].get_offsets())
     readings = findings.plan.readings[findings.plan.rows_of_set(0)]
     assert len(drawn) == 24
-    np.testing.assert_allclose(drawn[:, 0], (readings[:, 1] - readings[:, 0]) / np.sqrt(2))
+    across = (readings[:, 1] - readings[:, 0]) / np.sqrt(2)
+    np.testing.assert_allclose(drawn[:, 0], np.degrees(across))
 
 
 def test_protocols_are_drawn_side_by_side_with_and_without_the_state_before(study):
