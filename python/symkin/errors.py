@@ -37,9 +37,12 @@ class SymkinError(ValueError):
     ----------
     likely_cause : symkin.estimate.Doubt or None
         A mistake in the measurements that would explain it, if one was found.
+    corrected : symkin.Measurements or None
+        The measurements without that mistake, if it is one of the table.
     """
 
     likely_cause: Any = None
+    corrected: Any = None
 
 
 class QuantityError(SymkinError):

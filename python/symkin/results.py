@@ -146,6 +146,11 @@ class FolderResult(Result):
 
     FILES: ClassVar[tuple[str, ...]] = ("results.json", "report.html")
 
+    @property
+    def files(self) -> tuple[str, ...]:
+        """Names of the files that there are to write."""
+        return self.FILES
+
     def write(
         self, folder: str | os.PathLike[str], *, overwrite: bool = False, report: bool = True
     ) -> Path:
@@ -165,7 +170,7 @@ class FolderResult(Result):
         Path
             The report, or the results without it.
         """
-        files = self.FILES if report else self.FILES[:-1]
+        files = self.files if report else self.files[:-1]
         with OutputFiles(overwrite=overwrite) as outputs:
             self.write_files(outputs.folder(Path(folder), *files), report=report)
         return Path(folder) / files[-1]
@@ -174,5 +179,5 @@ class FolderResult(Result):
         """Write them into a folder that is there."""
         self.save(folder / "results.json")
         if report:
-            page = dataclasses.replace(self.page(), files=self.FILES[:-1])
+            page = dataclasses.replace(self.page(), files=self.files[:-1])
             present.write_page(page, folder / "report.html")

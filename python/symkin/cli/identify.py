@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
@@ -45,6 +47,7 @@ from symkin.cli.options import (
 )
 from symkin.data.joining import joined
 from symkin.estimate import Estimate
+from symkin.estimate.estimate import CORRECTED
 from symkin.estimate.fleet import fleet_of_files, identify_robots
 from symkin.model.mechanism import require_same_shape
 from symkin.options import Format
@@ -157,8 +160,12 @@ def identify(
         if printed is not None:
             measured = with_printed_length(nominal, measured, printed_length_of(printed))
         inputs = [*nominal.files, *measurements, columns, sensor_table]
-        with OutputFiles(inputs, overwrite) as outputs:
-            target = outputs.folder(out, *telling.of_files(Estimate.FILES)) if out else None
+        with (
+            _correcting(nominal, out, inputs, overwrite=overwrite),
+            OutputFiles(inputs, overwrite) as outputs,
+        ):
+            files = telling.of_files((CORRECTED, *Estimate.FILES))
+            target = outputs.folder(out, *files) if out else None
             stage("identifying")
             found = symkin.identify(
                 nominal,
@@ -180,9 +187,28 @@ def identify(
             if target:
                 stage("writing the report")
                 found.write(target, report=telling.report)
-    print_result(found, telling, out, Estimate.FILES)
+    print_result(found, telling, out, found.files)
     if not found.converged:
         not_converged(found.failure)
+
+
+@contextmanager
+def _correcting(
+    nominal: symkin.Mechanism, out: Path | None, inputs: Sequence[Path | None], *, overwrite: bool
+) -> Iterator[None]:
+    """Write the measurements without the mistake that lets nothing be identified, if it is one."""
+    try:
+        yield
+    except symkin.SymkinError as error:
+        if error.corrected is None:
+            raise
+        words = f"with --out DIR the table so corrected is written as DIR/{CORRECTED}"
+        if out is not None:
+            with OutputFiles(inputs, overwrite) as outputs:
+                error.corrected.save(outputs.folder(out, CORRECTED) / CORRECTED, nominal)
+            words = f"the table so corrected is {out / CORRECTED}"
+        error.args = (f"{error}; {words}",)
+        raise
 
 
 def _refuse_no_loss(loss: str, loss_scale: float | None, loss_per: str | None) -> None:

@@ -30,7 +30,9 @@ from symkin.results import FolderResult
 from symkin.storage.tables import write_table
 from symkin.values import plain, record
 
-__all__ = ["Estimate"]
+__all__ = ["CORRECTED", "Estimate"]
+
+CORRECTED = "corrected.csv"  # the measurements without their likely mistake, if that is the cause
 
 
 @record
@@ -244,7 +246,14 @@ class Estimate(Examined[M], FolderResult):
     def write_files(self, folder: Path, *, report: bool = True) -> None:
         """Write the calibrated mechanism, the results, two tables and the report into a folder."""
         self.write_tables(folder)
+        if self.corrected is not None:
+            self.corrected.save(folder / CORRECTED, self.nominal)
         super().write_files(folder, report=report)
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """Names of its files, the table as the likely cause corrects it among them."""
+        return self.FILES if self.corrected is None else (CORRECTED, *self.FILES)
 
     def write_tables(self, folder: Path) -> None:
         """Write the calibrated mechanism and the two tables alone."""

@@ -210,6 +210,14 @@ class Examined(Found[M]):
         return self._evidence.hypotheses
 
     @property
+    def corrected(self) -> Measurements | None:
+        """The measurements as the likely cause would have them, for `identify`.
+
+        None unless it is a single one that explains all, of the table and not of the mechanism.
+        """
+        return self._evidence.corrected
+
+    @property
     @once
     def influence(self) -> Influence | None:
         """What each pose does to the estimate, to first order.

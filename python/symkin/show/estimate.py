@@ -7,12 +7,13 @@ import dataclasses
 import math
 import shlex
 from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symkin.estimate.covariates import sessions_of
-from symkin.estimate.estimate import Estimate
+from symkin.estimate.estimate import CORRECTED, Estimate
 from symkin.estimate.evidence.findings import few
 from symkin.estimate.parameters import Unknown
 from symkin.estimate.problem import KINDS
@@ -149,6 +150,8 @@ def _known_before(found: Estimate) -> str:
 
 def _next_step(found: Estimate) -> str:
     """What to do now: what keeps it from converging, what speaks against it, or where to go."""
+    if found.corrected is not None:
+        return f"if that is what happened, identify from {CORRECTED}, the table so corrected"
     if not found.converged:
         return (
             "look for what keeps the estimate from converging: units, frames, signs, the order of "
@@ -166,6 +169,15 @@ def _next_step(found: Estimate) -> str:
 
 def _next_command(found: Estimate) -> str:
     """What does the next step; empty where a person must act first."""
+    if found.corrected is not None:
+        asked: dict[str, Any] = {}
+        for each in (found.doubts[0], *found.doubts[0].then):
+            asked |= each.options
+        corrected = dataclasses.replace(found.options, **asked).on_command_line()
+        if corrected is None:
+            return ""
+        robot = typed_name(found.nominal)
+        return f"symkin identify {robot} {{folder}}/{CORRECTED}{corrected} --out corrected"
     if not found.trustworthy or found.heights is not None:
         return ""
     if found.cross_validation is not None:

@@ -11,6 +11,7 @@ import shlex
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import symkin as library
@@ -317,6 +318,44 @@ def test_identify_finds_in_the_files_of_a_run_what_the_run_found(
     )
     assert (of_identify.parameters == of_run.parameters).all()
     assert (of_identify.deviations == of_run.deviations).all()
+
+
+def test_identify_writes_the_table_as_its_likely_cause_corrects_it(
+    symkin: Callable, protocol: Path, tmp_path: Path
+) -> None:
+    robot = library.load_mechanism("3RRR")
+    sound = library.read_measurements(protocol / "measurements.csv", robot)
+    for name, signs in (("one", [1, -1, 1]), ("all", [-1, -1, -1])):
+        wrong = library.Measurements.of(sound.poses, sound.readings * signs, sound.leg_sets)
+        wrong.save(tmp_path / f"{name}.csv", robot)
+        asked = ("identify", "3RRR", tmp_path / f"{name}.csv", "--no-report")
+        shown = symkin(*asked, "--out", tmp_path / name)
+        (command,) = re.findall(r"symkin identify (.*) --out corrected$", shown.out, re.M)
+        assert command == f"3RRR {tmp_path / name / 'corrected.csv'}"
+        again = library.read_measurements(tmp_path / name / "corrected.csv", robot)
+        np.testing.assert_allclose(again.readings, sound.readings)
+
+
+def test_a_refusal_writes_the_table_as_its_likely_cause_corrects_it(
+    symkin: Callable, tmp_path: Path
+) -> None:
+    robot = library.load_mechanism("rotary_delta")
+    poses = library.sample_workspace(robot, 60, seed=1).poses
+    noise = robot.noise.position * np.random.default_rng(1).standard_normal(poses.shape)
+    readings = robot.inverse_kinematics(poses)
+    wrong = library.Measurements.of(poses + noise, -readings, pose_space="translating")
+    wrong.save(tmp_path / "wrong.csv", robot)
+    asked = ("identify", "rotary_delta", tmp_path / "wrong.csv")
+    told = "with --out DIR the table so corrected is written as DIR/corrected.csv"
+    assert symkin(*asked).err.endswith(f"; {told}\n")
+    refused = symkin(*asked, "--out", tmp_path / "out")
+    assert refused.code == 1
+    assert refused.err.endswith(
+        f"; the table so corrected is {tmp_path / 'out' / 'corrected.csv'}\n"
+    )
+    assert [each.name for each in (tmp_path / "out").iterdir()] == ["corrected.csv"]
+    again = library.read_measurements(tmp_path / "out" / "corrected.csv", robot)
+    np.testing.assert_allclose(again.readings, readings)
 
 
 @pytest.mark.usefixtures("unillustrated")

@@ -73,6 +73,38 @@ def test_a_mistake_of_the_table_is_named_of_every_kind_of_mechanism(taken, mista
         assert cause.rows == tuple(table.row_numbers[::2])
 
 
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_a_table_that_is_corrected_gives_the_robot_of_a_sound_one(taken, mistake):
+    robot, table = taken
+    change, code, _ = MISTAKES[mistake]
+    try:
+        corrected = symkin.identify(robot, change(robot, table)).corrected
+    except symkin.SymkinError as error:
+        corrected = error.corrected
+    if corrected is None:  # where a part of what is wrong may be left
+        assert mistake == "a column sorted"
+        return
+    found = symkin.identify(robot, corrected)
+    if mistake == "a column sorted":  # values that are alike may stay in each other's rows
+        return
+    assert found.trustworthy
+    # Two legs are back, and the last row has none of theirs.
+    shifted = code == "rows-shifted"
+    kept = np.arange(1, len(table.poses) - 1) if shifted else np.arange(len(table.poses))
+    sound = symkin.identify(robot, table.subset(kept))
+    np.testing.assert_allclose(
+        found.mechanism.parameters, sound.mechanism.parameters, rtol=1e-6, atol=1e-8
+    )
+
+
+def test_nothing_is_corrected_of_a_sound_table_nor_by_what_is_only_a_part(taken):
+    robot, table = taken
+    assert symkin.identify(robot, table).corrected is None
+    poses = np.array(table.poses)
+    poses[:, 0] += 5e-3 * np.random.default_rng(1).standard_normal(len(poses))
+    assert symkin.identify(robot, replace(table, poses=poses)).corrected is None
+
+
 def test_noise_is_no_mistake_of_the_table(taken):
     robot, table = taken
     size = robot.space.size

@@ -30,7 +30,14 @@ from symkin.estimate.problem import observed_count
 from symkin.model.mechanism import Mechanism
 from symkin.values import Value, field, record
 
-__all__ = ["Budget", "Hypothesis", "explained", "hypotheses_of", "likely_cause"]
+__all__ = [
+    "Budget",
+    "Hypothesis",
+    "corrected_table",
+    "explained",
+    "hypotheses_of",
+    "likely_cause",
+]
 
 _TOO_GOOD = 0.1  # per degree of freedom; with few degrees it may be chance
 _EXPLAINED = 3.0  # per degree of freedom, at most, of what is named as the cause
@@ -63,6 +70,8 @@ class Hypothesis(Value):
     proposed : bool
         Whether it, or one that cannot be told from it, explains the data and what is stated does
         not.
+    table : Measurements or None
+        The measurements as it corrects them; None if it leaves them as they are.
     """
 
     derived: ClassVar[tuple[str, ...]] = ("what",)
@@ -72,6 +81,7 @@ class Hypothesis(Value):
     degrees_of_freedom: float
     limit: float
     proposed: bool
+    table: Measurements | None = field(private=True, compare=False, repr=False, default=None)
 
     @property
     def what(self) -> str:
@@ -134,6 +144,7 @@ def explained(
         if cause is None:
             raise
         error.likely_cause, words = cause, str(cause)
+        error.corrected = corrected_table(tried)
         # Its fields name directions, so the error stays the same object.
         error.args = (f"{error}. {words[0].upper()}{words[1:]}",)
         raise
@@ -152,6 +163,14 @@ def likely_cause(tried: Sequence[Hypothesis]) -> Doubt | None:
     after = max(each.per_degree for each in proposed)
     whole = all(each.explained for each in proposed)
     return causes[0].as_cause(causes[1:], before, after, whole=whole)
+
+
+def corrected_table(tried: Sequence[Hypothesis]) -> Measurements | None:
+    """The measurements as the one cause that explains them corrects them, if it does."""
+    proposed = [each for each in tried if each.proposed and each.cause is not None]
+    if len(proposed) != 1 or not proposed[0].explained:
+        return None
+    return proposed[0].table
 
 
 def hypotheses_of(
@@ -207,6 +226,8 @@ def _judged(stated: Correction, listed: ShortList, shaped: bool) -> tuple[Hypoth
     poses, steps = SECOND
     tried = [(each, each.some(poses).fit(steps)) for each in corrections]
     rivals = _rivals(tried)
+    tables = {each.key: each.measurements for each in rivals}
+    unchanged = stated.measurements
     if rivals and stated.options.loss != "none":
         sound = rivals[0].not_rejected()
         stated, *rivals = (each.subset(sound) for each in (stated, *rivals))
@@ -218,7 +239,9 @@ def _judged(stated: Correction, listed: ShortList, shaped: bool) -> tuple[Hypoth
         freed = each.options is not stated.options
         weak = not (freed and shaped)
         proposed = id(each) in named and _explains(fit, as_stated, freed=freed, weak=weak)
-        hypotheses.append(_told(each, fit, proposed=proposed))
+        table = tables[each.key]
+        edited = None if table is unchanged else table
+        hypotheses.append(_told(each, fit, proposed=proposed, table=edited))
     kept = {id(each) for each in rivals}
     hypotheses += [_told(each, fit) for each, fit in tried if fit and id(each) not in kept]
     return tuple(sorted(hypotheses, key=lambda each: (not each.proposed, each.per_degree)))
@@ -325,7 +348,11 @@ def _as_it_is(_: _core.JointFit) -> None:
 
 
 def _told(
-    correction: Correction, fit: _core.JointFit | None, *, proposed: bool = False
+    correction: Correction,
+    fit: _core.JointFit | None,
+    *,
+    proposed: bool = False,
+    table: Measurements | None = None,
 ) -> Hypothesis:
     return Hypothesis(
         cause=correction.told(fit),
@@ -333,4 +360,5 @@ def _told(
         degrees_of_freedom=0 if fit is None else fit.goodness.degrees_of_freedom,
         limit=0.0 if fit is None else fit.goodness.limit,
         proposed=proposed,
+        table=table,
     )

@@ -14,9 +14,16 @@ from typing import NamedTuple
 
 import numpy as np
 
+from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError
 from symkin.estimate.evidence.changes import CHANGES, change_tests, doubts_of_changes, whole_change
-from symkin.estimate.evidence.corrections import Budget, Hypothesis, hypotheses_of, likely_cause
+from symkin.estimate.evidence.corrections import (
+    Budget,
+    Hypothesis,
+    corrected_table,
+    hypotheses_of,
+    likely_cause,
+)
 from symkin.estimate.evidence.drawing import implausible_parameters, unknown_parameters
 from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.evidence.fit_checks import (
@@ -97,11 +104,15 @@ class Noticed(NamedTuple):
 
 
 class Evidence(NamedTuple):
-    """What is to be told of it, and whether every correction could be tried."""
+    """What is to be told of it, and whether every correction could be tried.
+
+    `corrected` are the measurements as the likely cause corrects them, if it is one of the table.
+    """
 
     doubts: tuple[Doubt, ...]
     hypotheses: tuple[Hypothesis, ...]
     complete: bool
+    corrected: Measurements | None = None
 
 
 def noticed(
@@ -203,6 +214,7 @@ def judged(estimate: Found, what: Noticed) -> Evidence:
     found, doubts = what.rest or estimate, (*what.lasting, *what.symptoms)
     cause: Doubt | None = None
     tried: tuple[Hypothesis, ...] = ()
+    corrected: Measurements | None = None
     budget = Budget()
     changed = whole_change(what.symptoms)
     if changed is not None:  # what it does to the residuals is not told beside it
@@ -218,7 +230,11 @@ def judged(estimate: Found, what: Noticed) -> Evidence:
             asked = found.nominal, rows, found.options
             tried = hypotheses_of(*asked, by_leg=bool(found.legs), budget=budget, shaped=shaped)
             cause = likely_cause(tried)
+            if rows is estimate.measurements:  # no row of these is lost
+                corrected = corrected_table(tried)
             if rest is found.measurements or (cause is not None and cause.explains):
                 break
     told = doubts if cause is None else (cause, *what.lasting)
-    return Evidence(told, tried, complete=not budget.spent)
+    if cause is None or not cause.explains:
+        corrected = None
+    return Evidence(told, tried, not budget.spent, corrected)
