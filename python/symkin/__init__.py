@@ -56,7 +56,7 @@ if TYPE_CHECKING:
     from symkin.planning.plan_files import read_plan
     from symkin.planning.selection import select_poses
     from symkin.planning.simulation import simulate
-    from symkin.robot import Robot, load, load_mechanism, read_estimate
+    from symkin.robot import Robot, load, load_mechanism, read_estimate, read_result
     from symkin.storage.results_file import read_results
     from symkin.study import run_study
 
@@ -92,6 +92,7 @@ __all__ = [
     "read_estimate",
     "read_measurements",
     "read_plan",
+    "read_result",
     "read_results",
     "run_protocol",
     "run_study",
@@ -132,7 +133,7 @@ _MODULES = {
     "planning.plan_files": ("read_plan",),
     "planning.selection": ("select_poses",),
     "planning.simulation": ("simulate",),
-    "robot": ("Robot", "load", "load_mechanism", "read_estimate"),
+    "robot": ("Robot", "load", "load_mechanism", "read_estimate", "read_result"),
     "storage.results_file": ("read_results",),
     "study": ("run_study",),
 }

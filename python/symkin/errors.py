@@ -127,14 +127,13 @@ def known_extension(path: Path, *known: str) -> None:
     Raises
     ------
     SymkinError
-        For an extension that is not one of the known; none at all is right.
+        For an extension that is not one of the known, and for none.
     """
-    if path.suffix and path.suffix.lower() not in known:
+    if path.suffix.lower() not in known:
         *others, last = known
         expected = f"{', '.join(others)} or {last}" if others else last
-        raise SymkinError(
-            f'{path.name}: "{path.suffix}" is not what is written; expected {expected}'
-        )
+        what = f'"{path.suffix}" is not what is written' if path.suffix else "has no extension"
+        raise SymkinError(f"{path.name}: {what}; expected {expected}")
 
 
 def did_you_mean(name: str, valid_names: Iterable[str]) -> str:

@@ -4,10 +4,11 @@
 from __future__ import annotations
 
 import dataclasses
+import os
 from collections.abc import Callable, Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Generic
 
 from symkin.analysis.evaluation import Evaluation, evaluate
 from symkin.analysis.observability import RowKind
@@ -15,10 +16,11 @@ from symkin.analysis.promises import ExpectedAccuracy
 from symkin.analysis.workspace import WorkspaceSample, sample_workspace
 from symkin.errors import SymkinError, one_of
 from symkin.estimate.estimate import Estimate
-from symkin.estimate.identification import identify, identify_legs
+from symkin.estimate.found import M
+from symkin.estimate.identification import Nominal, identify, identify_legs
 from symkin.estimate.options import Estimator, PoseUse
 from symkin.model.framing import framed
-from symkin.model.given import MechanismGiven, as_mechanism
+from symkin.model.given import as_mechanism
 from symkin.model.mechanism import Mechanism
 from symkin.options import checks
 from symkin.planning import Design, Plan, make_plan
@@ -26,10 +28,10 @@ from symkin.planning.making import for_all_parameters
 from symkin.planning.plan import write_plan
 from symkin.planning.selection import Criterion, SelectionMethod
 from symkin.planning.simulation import Simulation, simulate, simulate_observed
-from symkin.results import FolderResult
+from symkin.results import FolderResult, loaded
 from symkin.values import Value, plain, record
 
-__all__ = ["EstimatorFigures", "ProtocolResult", "run_protocol"]
+__all__ = ["EstimatorFigures", "ProtocolResult", "run_protocol", "saved_estimate"]
 
 # The paper's, then each step that takes more out of the same measurements.
 _ESTIMATORS: tuple[tuple[Estimator, PoseUse], ...] = (
@@ -64,7 +66,7 @@ class EstimatorFigures(Value):
 
 
 @record
-class ProtocolResult(FolderResult):
+class ProtocolResult(FolderResult, Generic[M]):
     """Everything that the protocol made on its way.
 
     Attributes
@@ -85,11 +87,11 @@ class ProtocolResult(FolderResult):
         Of candidates, selection, robot and noise.
     """
 
-    nominal: Mechanism
+    nominal: M
     candidates: WorkspaceSample
     plan: Plan
     simulation: Simulation
-    identification: Estimate
+    identification: Estimate[M]
     before: Evaluation
     after: Evaluation
     seed: int
@@ -140,7 +142,6 @@ class ProtocolResult(FolderResult):
                 "expected": self.expected.to_dict(),
             },
             "comparison": plain(self.comparison),
-            "estimate": told["estimate"],
         }
 
     def columns(self) -> Mapping[str, Any]:
@@ -177,7 +178,7 @@ class ProtocolResult(FolderResult):
 
 @checks()
 def run_protocol(
-    mechanism: MechanismGiven,
+    mechanism: Nominal | str | os.PathLike[str],
     *,
     estimator: Estimator | None = None,
     poses: PoseUse = "all",
@@ -188,7 +189,7 @@ def run_protocol(
     margin_sigmas: float = 3.0,
     seed: int | None = None,
     progress: Callable[[str], None] | None = None,
-) -> ProtocolResult:
+) -> ProtocolResult[Nominal]:
     """Run the protocol on a simulated robot: PS1-PS3 and DC1-DC3 of the paper (section 5).
 
     A mechanism with a device is planned for, simulated and identified as that measures it.
@@ -207,19 +208,19 @@ def run_protocol(
     progress : callable, optional
         Called with a short description before each stage.
     """
-    mechanism = as_mechanism(mechanism)
+    own = as_mechanism(mechanism)
     if estimator is not None:
         one_of("estimator", estimator, Estimator)
     one_of("poses", poses, PoseUse)
-    observed = mechanism.device is not None
+    observed = own.device is not None
     progress = progress or (lambda _stage: None)
-    seed = mechanism.protocol.seed if seed is None else seed
+    seed = own.protocol.seed if seed is None else seed
     progress("sampling the workspace")
-    candidates = sample_workspace(mechanism, seed=seed)
+    candidates = sample_workspace(own, seed=seed)
     progress("selecting poses for the reference leg")
     plan = make_plan(
         # Whose legs are identified one by one, unless a device measures something else.
-        mechanism if observed else for_all_parameters(mechanism),
+        own if observed else for_all_parameters(own),
         candidates,
         seed=seed,
         design=design,
@@ -230,16 +231,28 @@ def run_protocol(
         visit=None if observed else "sets",
     )
     progress("simulating measurements")
-    simulation = (simulate if observed else simulate_observed)(mechanism, plan, seed)
+    simulation = (simulate if observed else simulate_observed)(own, plan, seed)
     measured = simulation.measurements
     progress("identifying the legs")
     if observed:
-        found = identify(mechanism, measured, estimator, poses=poses)
+        found = identify(own, measured, estimator, poses=poses)
     else:
-        found = identify_legs(mechanism, measured, estimator or "implicit", poses=poses)
+        found = identify_legs(own, measured, estimator or "implicit", poses=poses)
     progress("evaluating before and after")
     before, after = (
         evaluate(model, actual=simulation.actual, poses=candidates)
-        for model in (mechanism, found.mechanism)
+        for model in (own, found.mechanism)
     )
-    return ProtocolResult(mechanism, candidates, plan, simulation, found, before, after, seed)
+    return ProtocolResult(own, candidates, plan, simulation, found, before, after, seed)
+
+
+def saved_estimate(path: str | os.PathLike[str], robot: type[Mechanism] = Mechanism) -> Any:
+    """Read the estimate, of a `robot`, from the folder or the file that it or a run was written to.
+
+    Raises
+    ------
+    ResultsError
+        As `loaded`.
+    """
+    found = loaded(path, (Estimate, ProtocolResult), {Mechanism: robot})
+    return found.identification if isinstance(found, ProtocolResult) else found

@@ -5,22 +5,25 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from symkin import present
-from symkin.errors import SymkinError, known_extension
+from symkin.errors import ResultsError, SymkinError, known_extension, printable
 from symkin.present import Page
 from symkin.storage.output_files import OutputFiles
-from symkin.storage.results_file import write_results
+from symkin.storage.records import decoded, encoded
+from symkin.storage.results_file import read_results, write_results
 from symkin.values import Value
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import FigureBase
 
-__all__ = ["FolderResult", "Result"]
+__all__ = ["FolderResult", "Result", "loaded"]
+
+_VERSION = 1  # of the fields of results, and of what they hold
 
 
 class Result(Value):
@@ -98,12 +101,12 @@ class Result(Value):
         return figures[chosen]()
 
     def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
-        """Write it as a JSON file, which `read_results` reads.
+        """Write it as a JSON file: what it says, and what it is, see `document`.
 
         Parameters
         ----------
         path : str or path
-            The file.
+            The file, whose name ends in ``.json``.
         overwrite : bool
             Whether a file that exists may be replaced.
 
@@ -113,8 +116,17 @@ class Result(Value):
             The file.
         """
         known_extension(Path(path), ".json")
-        write_results(self.to_dict(), path, overwrite=overwrite)
+        write_results(self.document(), path, overwrite=overwrite)
         return Path(path)
+
+    def document(self, told: Mapping[str, Any] | None = None) -> dict[str, Any]:
+        """Return what its file has: what is `told` of it, by default `to_dict`, and it itself.
+
+        The last, ``"result"``, says its kind, and has all its fields to the last bit:
+        `symkin.read_result` makes an equal result of them.
+        """
+        itself = {"kind": type(self).__name__, "version": _VERSION, "fields": encoded(self)}
+        return {**(self.to_dict() if told is None else told), "result": itself}
 
     def columns(self) -> Mapping[str, Any]:
         """Return it as the columns of a table, names with units."""
@@ -181,3 +193,69 @@ class FolderResult(Result):
         if report:
             page = dataclasses.replace(self.page(), files=self.files[:-1])
             present.write_page(page, folder / "report.html")
+
+
+def loaded(
+    path: str | os.PathLike[str],
+    kinds: Collection[type[Result]],
+    classes: Mapping[type, type] | None = None,
+) -> Any:
+    """Read a result from its file, or from the folder that it was written to.
+
+    Parameters
+    ----------
+    path : str or path
+        A JSON file, or a folder with one.
+    kinds : collection of type
+        What it may be.
+    classes : mapping of type to type, optional
+        What is made instead of a class.
+
+    Raises
+    ------
+    ResultsError
+        If the file cannot be read, or has no result, or one of another kind or version.
+    """
+    file = _results_file(Path(path))
+    document = read_results(file)
+    result = document.get("result")
+    if "result" not in document and isinstance(document.get("estimate"), dict):  # as it was before
+        fields = dict(document["estimate"])
+        result = {"kind": "Estimate", "version": fields.pop("version", None), "fields": fields}
+    if not isinstance(result, dict) or result.keys() != {"kind", "version", "fields"}:
+        raise ResultsError(
+            f"{file}: has no result that loads back, as files of older symkins, and tables; run "
+            "the command again that wrote it"
+        )
+    if result["version"] != _VERSION:
+        raise ResultsError(
+            f"{file}: has a result of version {printable(str(result['version']))}; expected "
+            f"{_VERSION}: run the command again that wrote it with this version of symkin, or "
+            "update symkin"
+        )
+    by_name = {kind.__name__: kind for kind in kinds}
+    name = printable(str(result["kind"]))
+    if name not in by_name:
+        raise ResultsError(
+            f'{file}: has a result of kind "{name}"; expected {" or ".join(sorted(by_name))}'
+        )
+    try:
+        return decoded(by_name[name], result["fields"], classes)
+    except ResultsError as error:
+        raise ResultsError(
+            f"{file}: {error}; run the command again that wrote it with this version of symkin"
+        ) from error
+
+
+def _results_file(path: Path) -> Path:
+    """The file itself, or the one of a folder that has results."""
+    if not path.is_dir():
+        return path
+    files = sorted(path.glob("*.json"))
+    named = path / "results.json"
+    if named in files or not files:
+        return named
+    if len(files) > 1:
+        names = ", ".join(each.name for each in files)
+        raise ResultsError(f"{path}: has several results; expected one of its files {names}")
+    return files[0]

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Literal, Self, Unpack
+from typing import TYPE_CHECKING, Any, Literal, Self, Unpack
 
 from numpy.typing import ArrayLike
 
@@ -17,7 +17,6 @@ from symkin.analysis.promises import CONFIDENCE
 from symkin.analysis.workspace import WorkspaceSample, sample_workspace
 from symkin.data.reading import Measured, MeasuredSessions
 from symkin.estimate.estimate import Estimate
-from symkin.estimate.estimate_file import loaded
 from symkin.estimate.identification import identify
 from symkin.estimate.options import Estimator, Loss, PoseUse
 from symkin.estimate.survey import Unknowns
@@ -29,12 +28,14 @@ from symkin.model.given import MechanismGiven
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import NoiseSettings
 from symkin.options import Visit, checks
-from symkin.pipeline import ProtocolResult, run_protocol
+from symkin.pipeline import ProtocolResult, run_protocol, saved_estimate
 from symkin.planning.making import plan
 from symkin.planning.plan import Plan
 from symkin.planning.selection import Criterion, Design, Region, SelectionMethod
 from symkin.planning.simulation import Simulation, simulate
 from symkin.present import Page
+from symkin.results import Result, loaded
+from symkin.show import PAGES
 from symkin.show.images import plotted
 from symkin.storage.tables import TableSource
 
@@ -42,7 +43,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import FigureBase
 
-__all__ = ["Robot", "load", "load_mechanism", "read_estimate"]
+__all__ = ["Robot", "load", "load_mechanism", "read_estimate", "read_result"]
 
 
 class Robot(Mechanism):
@@ -246,7 +247,7 @@ class Robot(Mechanism):
         margin_sigmas: float = 3.0,
         seed: int | None = None,
         progress: Callable[[str], None] | None = None,
-    ) -> ProtocolResult:
+    ) -> ProtocolResult[Self]:
         """Return `symkin.run_protocol` of it."""
         return run_protocol(
             self,
@@ -318,5 +319,29 @@ def read_estimate(path: str | os.PathLike[str]) -> Estimate[Robot]:
     ResultsError
         If there is none, or one of another version.
     """
-    found: Estimate[Robot] = loaded(Estimate, Robot, path)
+    found: Estimate[Robot] = saved_estimate(path, Robot)
     return found
+
+
+@checks()
+def read_result(path: str | os.PathLike[str]) -> Any:
+    """Read any result from the file or the folder that it was written to.
+
+    Parameters
+    ----------
+    path : str or path
+        A JSON file that `Result.save`, a command's ``--out`` or its ``--json`` has written; or a
+        folder with one.
+
+    Returns
+    -------
+    Result
+        Of the class that it was, and equal to what was written: an `Estimate`, an `Evaluation`, a
+        `CheckResult`, ... It says the same, and draws the same page.
+
+    Raises
+    ------
+    ResultsError
+        If there is none, or one of a kind or a version that this symkin does not know.
+    """
+    return loaded(path, [kind for kind in PAGES if issubclass(kind, Result)], {Mechanism: Robot})

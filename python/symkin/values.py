@@ -34,7 +34,8 @@ def field(*, unit: str = "", number: bool = False, private: bool = False, **argu
     number : bool
         Whether it is an index, or some, that people count from 1.
     private : bool
-        Whether `to_dict` leaves it out: it is large, or said elsewhere.
+        Whether `to_dict` leaves it out: it is large, or said elsewhere. What is not compared
+        either is not saved.
     **arguments
         Of `dataclasses.field`.
     """

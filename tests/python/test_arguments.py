@@ -71,6 +71,7 @@ CALLS: dict[str, Callable[[dict[str, Any]], dict[str, Any]]] = {
         "mechanism": of["mechanism"], "plan": of["plan"], "workspace": of["sample"],
     },
     "read_estimate": lambda of: {"path": of["folder"] / "results.json"},
+    "read_result": lambda of: {"path": of["folder"] / "results.json"},
     "read_measurements": lambda of: {
         "source": of["folder"] / "measured.csv", "mechanism": of["mechanism"],
     },

@@ -62,7 +62,6 @@ def test_every_question_is_answered_by_the_same_class_with_the_same_keys(estimat
         "identification.influence",
         "identification.expected_accuracy",
         "evaluation",
-        "estimate.",
     )
     keys = {key for key in keys_of(first.to_dict()) if not key.startswith(missing)}
     for each in others:
@@ -253,14 +252,25 @@ def test_a_run_has_its_estimate_in_its_folder(paper, tmp_path):
     assert symkin.read_estimate(tmp_path) == ran.identification
 
 
+def test_an_estimate_as_it_stood_in_files_before_is_read(found, tmp_path):
+    path = found.save(tmp_path / "results.json")
+    document = json.loads(path.read_text())
+    result = document.pop("result")
+    path.write_text(json.dumps({**document, "estimate": {"version": 1, **result["fields"]}}))
+    assert symkin.read_estimate(tmp_path) == found
+
+
 def test_results_without_an_estimate_of_this_version_are_refused_with_what_to_do(found, tmp_path):
     path = found.save(tmp_path / "results.json")
     document = json.loads(path.read_text())
-    for state, has in ((None, "none"), ({"version": 7}, "that of version 7")):
+    result = document.pop("result")
+    for state, has in ((None, "no result"), ({"version": 7}, "a result of version 7")):
         path.write_text(json.dumps({**document, "estimate": state}))
-        with pytest.raises(ResultsError, match=rf"results\.json: .* {has}; identify again"):
+        with pytest.raises(
+            ResultsError, match=rf"results\.json: has {has}.* run the command again"
+        ):
             symkin.read_estimate(tmp_path)
-    document["estimate"]["goodness"][0]["limit"] = "much"
-    path.write_text(json.dumps(document))
+    result["fields"]["goodness"][0]["limit"] = "much"
+    path.write_text(json.dumps({**document, "result": result}))
     with pytest.raises(ResultsError, match=r"results\.json: is no Estimate"):
         symkin.read_estimate(path)

@@ -49,7 +49,7 @@ OWN_DEFAULTS = {
 # What is of the command line alone: files, printing, and what Python says by other means.
 COMMAND_LINE_ALONE = {
     "mechanism", "out", "as_json", "columns", "help",  # of every command
-    "measurements", "files", "file", "name", "show", "version", "debug", "verbose",
+    "measurements", "files", "file", "name", "show", "result", "version", "debug", "verbose",
     "required", "measured", "avoid", "plan", "actual", "model",  # a file or text for an object
     "sensor_table", "printed", "cross_validate", "cross_validate_blocks", "accuracy",
     "base", "target", "points", "anchors", "plane",  # of an Observed

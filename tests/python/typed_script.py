@@ -1,8 +1,11 @@
 # SPDX-License-Identifier: MIT
 """A script that uses every verb of a robot: `mypy --strict` accepts it, and no misspelt option.
 
-The lint run checks it with the package, and would complain of a comment that ignores nothing.
+The lint run checks it with the package, and would complain of a comment that ignores nothing. So
+does `pyright`, which lint does without, since it wants Node.
 """
+
+# pyright: strict, reportUnnecessaryTypeIgnoreComment=true
 
 from pathlib import Path
 
@@ -28,12 +31,21 @@ def everything(folder: Path) -> Estimate[symkin.Robot]:
     error = calibrated.evaluate(actual=simulated.actual, poses=candidates)
     print(error.position_rms, found.cross_validated(3).cross_validation)
     calibrated.replace(name="calibrated").save(folder / "calibrated.toml")
-    return found
+    again = symkin.read_estimate(found.save(folder / "found.json"))
+    print(symkin.read_result(error.save(folder / "error.json")).text())
+    for asked in robot.measure(0.001, observe="position", seed=1):
+        print(asked.pose, asked.readings)
+        break
+    print(robot.run(seed=1).identification.mechanism.check().text())
+    return again
 
 
 def misspelt(robot: symkin.Robot, measured: symkin.Measurements) -> None:
     """What nobody should run."""
     robot.plan(24, desing="legs")  # type: ignore[call-arg]
     robot.identify(measured, loss="hubber")  # type: ignore[arg-type]
+    robot.measure(0.001, obsreve="position")  # type: ignore[call-arg]
+    robot.run(estimater="joint")  # type: ignore[call-arg]
+    robot.evaluate(actual=robot, pose=measured.poses)  # type: ignore[call-arg]
     robot.identify(measured).chisquare  # type: ignore[attr-defined]  # noqa: B018
     robot.identify(measured).params["leg1.base_radius"].sigma  # type: ignore[attr-defined]  # noqa: B018

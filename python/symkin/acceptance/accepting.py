@@ -29,10 +29,10 @@ from symkin.data.measurements import Measurements
 from symkin.data.reading import Measured, as_measurements
 from symkin.errors import SymkinError, did_you_mean
 from symkin.estimate.estimate import Estimate
-from symkin.estimate.estimate_file import loaded
 from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.model.mechanism import Mechanism
 from symkin.options import Frame, Judge, checks
+from symkin.pipeline import saved_estimate
 
 __all__ = ["accept"]
 
@@ -155,13 +155,13 @@ def _calibrated(given: Any) -> tuple[Estimate | None, Mechanism, list[Path]]:
     path = Path(given)
     if path.is_dir() or path.suffix == ".json":
         results = path / _RESULTS if path.is_dir() else path
-        found: Estimate = loaded(Estimate, Mechanism, results)
+        found = saved_estimate(results)
         return found, found.mechanism, [results]
     model, beside = as_mechanism(given, "calibrated"), path.parent / _RESULTS
     paths = [*model.files]
     if path.suffix == ".toml" and beside.is_file():
         try:
-            found = loaded(Estimate, Mechanism, beside)
+            found = saved_estimate(beside)
         except SymkinError:  # of another command, or of another version
             return None, model, paths
         if np.allclose(found.mechanism.parameters, model.parameters, rtol=1e-9, atol=1e-12):

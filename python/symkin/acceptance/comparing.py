@@ -16,11 +16,11 @@ from symkin.analysis.promises import CONFIDENCE, parameter_effects, thinned
 from symkin.analysis.workspace import sample_workspace
 from symkin.errors import SymkinError
 from symkin.estimate.estimate import Estimate
-from symkin.estimate.estimate_file import loaded
 from symkin.estimate.survey import adjoint, without_motions
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import transforms
 from symkin.options import checks
+from symkin.pipeline import saved_estimate
 from symkin.results import Result
 from symkin.values import Value, field, record
 
@@ -235,7 +235,7 @@ def statistic_of(difference: Array, covariance: Array) -> tuple[float, int]:
 def _estimate(given: Any) -> Estimate:
     if isinstance(given, Estimate):
         return given
-    found: Estimate = loaded(Estimate, Mechanism, given)
+    found: Estimate = saved_estimate(given)
     return found
 
 

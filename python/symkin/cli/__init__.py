@@ -24,6 +24,7 @@ from symkin.cli.measure import measure, simulate_device
 from symkin.cli.mechanism import check, export, import_, kinematics, list_mechanisms, new, workspace
 from symkin.cli.options import command, refuse_unless
 from symkin.cli.protocol import plan, pose_count, run, simulate, study
+from symkin.cli.show import show
 from symkin.present import asked_by
 from symkin.version import version as installed_version
 
@@ -47,6 +48,7 @@ for name, function in {
     "evaluate": evaluate,
     "accept": accept,
     "compare": compare,
+    "show": show,
     "run": run,
     "kinematics": kinematics,
     "study": study,
@@ -83,7 +85,8 @@ def overview(
 
     Without a robot, run does all of it on a simulated one; simulate makes the measurements of a
     plan, simulate-device plays robot and device for measure. align says where a device stands;
-    identify-batch and study are for many robots, compare for one that was calibrated twice.
+    identify-batch and study are for many robots, compare for one that was calibrated twice. show
+    tells again what any of them has found, from its --out.
     MECHANISM is a file, or the name of a mechanism that comes with symkin, such as 3RRR.
 
     A file that exists is replaced with --overwrite alone, and one that the command reads never is.

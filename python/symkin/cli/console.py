@@ -70,7 +70,7 @@ def print_result(
 ) -> None:
     """Print what there is to say of a result, its files, the last on its own line; or its JSON."""
     if telling.as_json:
-        print_json(result.to_dict() if document is None else document)
+        print_json(result.document(document))
         return
     written: Sequence[str] = () if folder is None else telling.of_files(files)
     say(result.text(whole=telling.verbose, folder=str(folder or ""), files=written))
@@ -83,7 +83,7 @@ def write_result(
     result: Result, telling: Telling, document: Mapping[str, Any], folder: Path, name: str
 ) -> None:
     """Write a result's JSON document and its page."""
-    write_results(document, folder / f"{name}.json")
+    write_results(result.document(document), folder / f"{name}.json")
     if telling.report:
         result.report(folder / f"{name}.html")
 

@@ -37,7 +37,7 @@ class MeasuredRows(Result):
     readings: NDArray[np.float64]
     leg_sets: NDArray[np.intp] = field(number=True)
     row_numbers: NDArray[np.intp]
-    source: Path | None = None
+    source: Path | None = field(compare=False, default=None)
     pose_space: str = ""
     reading_unit: str = ""
     pose_deviations: NDArray[np.float64] | None = None

@@ -106,7 +106,7 @@ class Measurements(MeasuredRows):
         Parameters
         ----------
         path : str or path
-            The file.
+            The file. As ``.json`` it is written as other results are, see `Result.save`.
         mechanism : Mechanism, optional
             Whose measurements these are: they read back with it to the same numbers. Without it,
             too, unless there are reported or commanded poses, whose frames it alone knows.
@@ -119,6 +119,8 @@ class Measurements(MeasuredRows):
             Without a mechanism, if nobody said the unit of the readings or there are reported or
             commanded poses; with one that has other legs or another unit.
         """
+        if Path(path).suffix.lower() == ".json":
+            return super().save(path, overwrite=overwrite)
         if mechanism is None and not self.reading_unit:
             raise MeasurementError(
                 "the readings have no unit; give their reading_unit, or the mechanism"

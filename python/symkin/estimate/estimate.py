@@ -14,7 +14,6 @@ import numpy as np
 from symkin.data.columns import pose_column_names
 from symkin.data.measurements import Measurements
 from symkin.estimate.cross_validation import cross_validation_of
-from symkin.estimate.estimate_file import saved
 from symkin.estimate.evidence.corrections import explained
 from symkin.estimate.evidence.wider import contradiction_of
 from symkin.estimate.examined import Examined
@@ -211,7 +210,6 @@ class Estimate(Examined[M], FolderResult):
             "heights": plain(self.heights),
             "evaluation": {"before": plain(self.before), "after": plain(self.after)},
             "cross_validation": plain(self.cross_validation),
-            "estimate": saved(self),
         }
 
     def latent_columns(self) -> Mapping[str, Any]:

@@ -62,6 +62,7 @@ from symkin.model.settings import (
 )
 from symkin.model.symmetry import generate_legs, generate_orbits, verify_declared
 from symkin.options import checks
+from symkin.storage.shipped import shipped_folder
 from symkin.storage.toml_file import TomlSource, read_table, read_toml, table, text
 
 _Values = dict[str, Any]
@@ -193,18 +194,12 @@ def shipped_mechanisms() -> list[str]:
     -------
     list of str
     """
-    return sorted(path.stem for path in _shipped_folder().glob("*.toml"))
+    return sorted(path.stem for path in shipped_folder().glob("*.toml"))
 
 
 def is_shipped(path: Path) -> bool:
     """Whether a file is one of those that come with symkin."""
-    return path.parent == _shipped_folder()
-
-
-def _shipped_folder() -> Path:
-    package = Path(__file__).parents[1]
-    installed = package / "mechanisms"
-    return installed if installed.is_dir() else package.parents[1] / "mechanisms"
+    return path.parent == shipped_folder()
 
 
 def _located(path_or_name: str | os.PathLike[str]) -> Path:
@@ -215,7 +210,7 @@ def _located(path_or_name: str | os.PathLike[str]) -> Path:
     exists = os.path.exists(path)  # noqa: PTH110  # for any name, unlike Path.exists
     if not is_name or (exists and not path.is_dir()):
         return path
-    shipped = _shipped_folder() / f"{path}.toml"
+    shipped = shipped_folder() / f"{path}.toml"
     names = shipped_mechanisms()
     if shipped.stem not in names:
         raise MechanismFileError(
@@ -590,7 +585,11 @@ def typed_name(mechanism: Mechanism) -> str:
     name = source.stem
     shipped = name in shipped_mechanisms() and is_shipped(source)
     typed = shlex.quote(name if shipped else str(source))
-    device, drawn = mechanism.device, read_mechanism(source, require_symmetry=False)
+    device = mechanism.device
+    try:
+        drawn = read_mechanism(source, require_symmetry=False)
+    except MechanismFileError:  # as of a result that was loaded on another machine
+        return typed
     if device is not None and device != drawn.device:
         typed += f" --device-kind {shlex.quote(device.kind)}"
         drawn = drawn.with_device(device)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import MechanismError, did_you_mean, one_of
-from symkin.model.declared import declare_again, declared_chain, label_of
+from symkin.model.declared import DeclaredChain, declare, declared_chain, label_of
 from symkin.model.poses import POSE_SPACES
 from symkin.options import Platform, checks
 from symkin.values import FrozenMapping
@@ -249,17 +249,22 @@ class Leg:
         object.__setattr__(self, "parameters", FrozenMapping(values))
         object.__setattr__(self, "working_mode", int(self.working_mode))
 
-    def __getstate__(self) -> dict[str, Any]:
+    @property
+    def arguments(self) -> dict[str, Any]:
         """What a copy needs: of a declared chain the declaration, for another process."""
         declared = declared_chain(self.chain)
-        return vars(self) | ({"declared": vars(declared)} if declared else {})
+        return vars(self) | ({"declared": declared} if declared else {})
 
-    def __setstate__(self, state: dict[str, Any]) -> None:
-        """Take it."""
-        given = dict(state)
-        if "declared" in given:
-            declare_again(given.pop("declared"))
-        self.__dict__.update(given)
+    @classmethod
+    def of_arguments(cls, *, declared: DeclaredChain | None = None, **fields: Any) -> Leg:
+        """Return the leg of such a copy."""
+        if declared is not None:
+            declare(declared)
+        return cls(**fields)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Take the declaration along."""
+        return functools.partial(Leg.of_arguments, **self.arguments), ()
 
 
 def chains_in_words(legs: Sequence[Leg]) -> str:

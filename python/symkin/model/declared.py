@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -126,11 +126,6 @@ def declare(chain: DeclaredChain) -> str:
 def declared_chain(name: str) -> DeclaredChain | None:
     """Return the declaration of a chain; None of those that symkin knows by itself."""
     return _CHAINS.get(name)
-
-
-def declare_again(fields: Mapping[str, Any]) -> None:
-    """Make a chain of a declaration that another process or a copy brings along."""
-    declare(DeclaredChain(**fields))
 
 
 def label_of(name: str) -> str:

@@ -254,8 +254,11 @@ class Plan(Result):
     def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
         """Write it as CSV or Parquet, by extension, and return the file; `read_plan` reads it.
 
-        A file that exists is replaced with `overwrite` alone.
+        As ``.json`` it is written with how its poses were chosen, see `Result.save`. A file that
+        exists is replaced with `overwrite` alone.
         """
+        if Path(path).suffix.lower() == ".json":
+            return super().save(path, overwrite=overwrite)
         write_plan(self, path, self.mechanism, overwrite=overwrite)
         return Path(path)
 

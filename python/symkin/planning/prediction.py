@@ -4,8 +4,8 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
-from typing import Any, Unpack
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, Unpack, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -36,6 +36,19 @@ _MOST = 50  # the same, when an accuracy asks for them
 _LEAST_HELP = 0.01  # share of the error that a remedy takes away
 _OF_SURVEY = ("observe", *Unknowns.__annotations__)
 _OF_PREDICTION = ("estimator", "poses", "confidence")  # settings that choose no poses
+
+
+class CurveSettings(Unknowns, total=False):
+    """What a curve was predicted for."""
+
+    design: Design
+    rows: RowKind
+    criterion: Criterion
+    estimator: Estimator
+    poses: PoseUse
+    confidence: float
+    seed: int
+    observe: Observing
 
 
 @record
@@ -73,7 +86,7 @@ class PoseCountCurve(Result):
 
     mechanism: Mechanism
     candidates: NDArray[np.float64]
-    settings: Mapping[str, Any]
+    settings: CurveSettings
     counts: NDArray[np.intp]
     measured: NDArray[np.intp]
     position: NDArray[np.float64]
@@ -151,7 +164,7 @@ class PoseCountCurve(Result):
                 points[high].visited(self.settings["seed"]),
                 thinned(self.candidates),
                 anywhere=self.candidates,
-                **{name: self.settings[name] for name in _OF_PREDICTION},
+                **_some(self.settings, _OF_PREDICTION),
             ),
             remedies=() if reached else _remedies(self, points[high], limits),
         )
@@ -345,7 +358,7 @@ def pose_count_curve(
     return PoseCountCurve(
         mechanism=mechanism,
         candidates=cloud,
-        settings=settings,
+        settings=cast(CurveSettings, settings),
         counts=np.array(numbers[-len(points) :], dtype=np.intp),
         measured=np.array([len(point.plan.poses) for point in points], dtype=np.intp),
         **errors,
@@ -406,7 +419,7 @@ def _predicted(
     assert basis is not None  # it was made, not read
     if _goes_with_order(plan):
         plan = in_visiting_order(plan, settings["seed"], usual_visit(mechanism))
-    asked = {name: settings[name] for name in _OF_PREDICTION}
+    asked = _some(settings, _OF_PREDICTION)
     accuracy = predict_accuracy(mechanism, plan, thinned(cloud), **asked)
     certificates = [choice.selection.certificate for choice in basis.choices]
     efficiency = min(certificate.o1_efficiency for certificate in certificates)
@@ -443,7 +456,7 @@ def _remedies(
         changes.append(("the estimator joint", mechanism, joint))
     survey = curve.survey
     assumed = dict((survey and survey.options.assume) or {})
-    of_survey = {name: settings[name] for name in _OF_SURVEY if name in settings}
+    of_survey = _some(settings, _OF_SURVEY)
     changes += [
         (
             f"{name} known, of which {declared} is assumed",
@@ -456,7 +469,7 @@ def _remedies(
     binding = np.isfinite(limits)
     found = []
     for change, changed, other in changes:
-        made = {**{name: settings[name] for name in _OF_PREDICTION}, **other}
+        made = {**_some(settings, _OF_PREDICTION), **other}
         try:
             expected = predict_accuracy(changed, point.plan, thinned(curve.candidates), **made)
         except SymkinError:  # as `joint` without a noise of redundant readings
@@ -501,8 +514,13 @@ def _survey_of(
     mechanism: Mechanism, cloud: NDArray[np.float64], settings: Mapping[str, Any]
 ) -> Survey | None:
     """What the settings of a curve say of what is observed and unknown."""
-    asked: Unknowns = {n: settings[n] for n in Unknowns.__annotations__ if n in settings}  # type: ignore[assignment]
+    asked = cast(Unknowns, _some(settings, Unknowns.__annotations__))
     return Survey.of(mechanism, cloud, settings.get("observe"), asked)
+
+
+def _some(settings: Mapping[str, Any], names: Iterable[str]) -> dict[str, Any]:
+    """Those of the settings that have these names."""
+    return {name: settings[name] for name in names if name in settings}
 
 
 def _least(mechanism: Mechanism, cloud: NDArray[np.float64], settings: Mapping[str, Any]) -> int:

@@ -459,8 +459,11 @@ def needed_poses_page(needed: NeededPoses) -> Page:
 def _plan(curve: PoseCountCurve, count: int) -> str:
     usual = {name: OPTIONS[name].default for name in ("design", "rows", "criterion")}
     usual["design"] = default_design(curve.survey)
-    given = {name: curve.settings[name] for name in usual}
-    other = "".join(f" --{name} {each}" for name, each in given.items() if each != usual[name])
+    other = "".join(
+        f" --{name} {each}"
+        for name, each in curve.settings.items()
+        if each != usual.get(name, each)
+    )
     if curve.confidence != OPTIONS["confidence"].default:
         other += f" --confidence {curve.confidence:g}"
     named = typed_name(curve.mechanism)

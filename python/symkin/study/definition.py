@@ -15,7 +15,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Literal, get_args
+from typing import Any, Literal, TypedDict, get_args
 
 from symkin.analysis.observability import RowKind
 from symkin.errors import StudyFileError, SymkinError, did_you_mean
@@ -211,6 +211,25 @@ def _refuse_unused(given: Mapping[str, Any]) -> None:
             )
 
 
+class CellLists(TypedDict, total=False):
+    """What a product of its own says: lists, and the name of a single combination."""
+
+    id: str
+    mechanisms: tuple[str | Mechanism, ...]
+    designs: tuple[Design, ...]
+    rows: tuple[RowKind, ...]
+    criteria: tuple[Criterion, ...]
+    methods: tuple[SelectionMethod, ...]
+    use_symmetry: tuple[bool, ...]
+    margin_sigmas: tuple[float, ...]
+    pose_counts: tuple[int | str, ...]
+    noise_levels: tuple[float, ...]
+    tolerance_levels: tuple[float, ...]
+    estimators: tuple[Estimator, ...]
+    use: tuple[PoseUse, ...]
+    losses: tuple[Loss, ...]
+
+
 @dataclass(frozen=True, kw_only=True)
 class StudyDefinition:
     """What a study compares; the attributes are the keys of its file.
@@ -278,7 +297,7 @@ class StudyDefinition:
     estimators: tuple[Estimator, ...] = ("implicit",)
     use: tuple[PoseUse, ...] = ("all",)
     losses: tuple[Loss, ...] = ("none",)
-    cell: tuple[Mapping[str, Any], ...] = ()
+    cell: tuple[CellLists, ...] = ()
     robots: int = 1000
     seed: int = 1
     evaluation_poses: int = 1000
@@ -306,11 +325,25 @@ class StudyDefinition:
         for name, value in values.items():
             object.__setattr__(self, name, value)
 
-    def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle the values, since cells are read-only."""
+    @property
+    def arguments(self) -> dict[str, Any]:
+        """What a copy needs: the values, and the mechanisms, whose files may not be where it is."""
         values = {each.name: getattr(self, each.name) for each in dataclasses.fields(self)}
         values["cell"] = tuple(dict(each) for each in self.cell)
-        return functools.partial(StudyDefinition, **values), ()
+        return values | {"files": dict(self._files)}
+
+    @classmethod
+    def of_arguments(
+        cls, *, files: Mapping[str, Mechanism] | None = None, **values: Any
+    ) -> StudyDefinition:
+        """Return the definition of such a copy."""
+        made = cls(**values)
+        made._files.update(files or {})
+        return made
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle the values, since cells are read-only."""
+        return functools.partial(StudyDefinition.of_arguments, **self.arguments), ()
 
     @functools.cached_property
     def loaded(self) -> Mapping[str, Mechanism]:
@@ -403,8 +436,9 @@ class StudyDefinition:
                     f'cell[{place + 1}].id: "{group["id"]}" names {len(combinations)} '
                     "combinations; expected one"
                 )
+            name = str(group.get("id", ""))
             for values in combinations:
-                yield self._cell(dict(zip(lists, values, strict=True)), group.get("id", ""))
+                yield self._cell(dict(zip(lists, values, strict=True)), name)
 
     def _cell(self, values: Mapping[str, Any], name: str) -> Cell:
         mechanism = self._mechanism(values["mechanisms"])

@@ -208,6 +208,27 @@ class SymmetryGroup(Value):
         made_by: tuple[Any, ...] = self.__dict__["_made_by"]
         return made_by
 
+    @property
+    def arguments(self) -> dict[str, Any]:
+        """What `of_arguments` makes it of."""
+        maker, given = self.__dict__["_made_by"]
+        if maker is SymmetryGroup:
+            return dict(zip(("name", "axis"), given, strict=True))
+        return dict(zip(("mechanism", "limits", "which"), given, strict=True))
+
+    @classmethod
+    def of_arguments(
+        cls,
+        *,
+        name: str = "",
+        axis: float = 0.0,
+        mechanism: Mechanism | None = None,
+        limits: tuple[float, float, float] = (0.0, 0.0, 0.0),
+        which: str = "structure",
+    ) -> SymmetryGroup:
+        """Return the group of a name, or that of a mechanism, found again."""
+        return cls(name, axis) if mechanism is None else _found_again(mechanism, limits, which)
+
     def __deepcopy__(self, memo: object) -> SymmetryGroup:
         """Return itself: it does not change."""
         return self
