@@ -27,6 +27,7 @@ __all__ = [
 ]
 
 
+_WORD = 4  # letters, so that "hexapod" means the name that it is part of
 _NEAR = 0.5  # share of letters in common; "nope" is near nothing
 
 
@@ -142,7 +143,8 @@ def did_you_mean(name: str, valid_names: Iterable[str]) -> str:
     from difflib import get_close_matches
 
     by_lower_case = {valid.lower(): valid for valid in valid_names}
-    nearest = get_close_matches(name.lower(), by_lower_case, n=1, cutoff=_NEAR)
+    whole = [valid for valid in by_lower_case if len(name) >= _WORD and name.lower() in valid]
+    nearest = whole or get_close_matches(name.lower(), by_lower_case, n=1, cutoff=_NEAR)
     return f'; did you mean "{by_lower_case[nearest[0]]}"?' if nearest else ""
 
 

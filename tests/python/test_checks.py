@@ -15,7 +15,7 @@ import symkin
 from symkin.analysis.checks import check_mechanism
 from symkin.analysis.conditions import check_conditions
 from symkin.analysis.workspace.study import study_workspace
-from symkin.model.settings import WorkspaceSettings
+from symkin.model.settings import IdentificationSettings, WorkspaceSettings
 from symkin.model.symmetry import SymmetryGroup, compare_symmetry, detect_symmetry, map_poses
 from symkin.planning.simulation import disturb
 from symkin.values import Value
@@ -209,8 +209,30 @@ def test_groups_in_other_places_differ():
 def test_alike_legs_need_poses_for_one(paper):
     result = check_mechanism(paper)
     assert result.verdict == "All 3 legs are alike: poses chosen for one serve all."
-    assert (result.least_poses, result.design) == (8, "orbits")
-    assert result.next_step == "symkin plan 3RRR --design orbits --out planned"
+    assert (result.least_poses, result.shortest_design) == (8, "orbits")
+
+
+def test_the_recommended_design_is_what_plan_takes_by_itself(paper):
+    result = check_mechanism(paper)
+    assert result.next_step == "symkin plan 3RRR --out planned"
+    assert symkin.plan(paper, candidates=2000).basis.design == result.design == "legs"
+    assert "72 poses; fewer by --design orbits" in result.text()
+
+
+@pytest.mark.parametrize(
+    "robot",
+    [
+        symkin.load_mechanism("linear_delta").with_device("bed probe"),
+        symkin.load_mechanism("3RRR").replace(
+            identification=IdentificationSettings(prior="tolerances")
+        ),
+    ],
+)
+def test_no_design_for_full_poses_is_recommended_where_others_are_observed_or_unknown(robot):
+    result = check_mechanism(robot)
+    assert (result.design, result.shortest_design) == ("mechanism", "mechanism")
+    assert symkin.plan(robot, candidates=500).basis.design == "mechanism"
+    assert "orbits" not in result.text()
 
 
 def test_sensors_that_differ_are_named_beside_alike_legs(paper):
@@ -233,7 +255,7 @@ def test_the_leg_that_is_off_is_named_in_the_units_of_a_workshop(paper, change, 
     result = check_mechanism(changed(paper, **change))
     # Legs 1 and 3 are still images of each other, by a mirror that flips the working modes.
     assert result.verdict == f"The legs are alike within tolerances, not exactly: {words}"
-    assert result.design == "mechanism"
+    assert result.shortest_design == "mechanism"
     assert "Where the legs differ" in result.text()
 
 
@@ -245,7 +267,7 @@ def test_legs_of_two_kinds_are_listed(hexapod):
     assert result.verdict == (
         "The legs are of 2 kinds (legs 1, 2, 3, 4, 5, 6; leg 7): poses for one of each."
     )
-    assert result.design == "mechanism"
+    assert result.shortest_design == "mechanism"
 
 
 def test_the_page_has_the_theory_last_and_folded(made):
@@ -267,7 +289,7 @@ def test_a_condition_that_fails_alone_is_named():
 def test_the_design_that_is_recommended_can_be_planned(name):
     robot = symkin.load_mechanism(name)
     for each in (robot, disturb(robot, seed=1).replace(symmetry=None)):
-        design = check_mechanism(each).design
+        design = check_mechanism(each).shortest_design
         plan = symkin.make_plan(each, symkin.sample_workspace(each, 200).poses, 16, design=design)
         assert np.count_nonzero(~plan.spare) >= 16
 
@@ -285,7 +307,7 @@ def test_a_parameter_that_no_pose_shows_makes_the_check_bad_and_more_poses_no_re
 
 def test_a_mechanism_of_no_file_is_planned_in_python(paper):
     result = check_mechanism(paper.replace(source=None))
-    assert result.next_step == "symkin.plan(mechanism, design='orbits')"
+    assert result.next_step == "symkin.plan(mechanism)"
 
 
 def test_the_rooms_form_no_circle():

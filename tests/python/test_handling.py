@@ -75,7 +75,14 @@ def test_files_that_no_program_would_read_by_their_name_are_not_written(
 
 
 @pytest.mark.parametrize(
-    ("name", "meant"), [("3RR", "3RRR"), ("hexapd", "hexa"), ("nope", ""), ("my_robot", "")]
+    ("name", "meant"),
+    [
+        ("3RR", "3RRR"),
+        ("hexapd", "hexa"),
+        ("hexapod", "hexapod_jugglebot"),
+        ("nope", ""),
+        ("my_robot", ""),
+    ],
 )
 def test_a_name_is_proposed_only_when_it_is_near(name, meant):
     with pytest.raises(SymkinError) as refused:

@@ -235,8 +235,17 @@ class CheckResult(Result):
         return self.mechanism.least_poses
 
     @property
-    def design(self) -> Literal["legs", "orbits", "mechanism"]:
+    def design(self) -> Literal["legs", "mechanism"]:
+        """The design of `make_plan` that is its default for this file."""
+        asked, device = self.mechanism.identification, self.mechanism.device
+        usual = device is None and (asked is None or not asked.unusual)
+        return "legs" if usual else "mechanism"
+
+    @property
+    def shortest_design(self) -> Literal["legs", "orbits", "mechanism"]:
         """The design of `make_plan` that asks for the fewest measurements."""
+        if self.design == "mechanism":
+            return self.design
         if len(self.orbits) == 1:
             return "orbits"
         redundant = self.mechanism.core.redundant
@@ -248,10 +257,7 @@ class CheckResult(Result):
         unready = self.missing or self.sample is None or self.blind
         if unready or self.mechanism.source is None:
             return ""
-        asked = self.mechanism.identification
-        other = asked is not None and asked.unusual  # for which there is one design alone
-        design = "" if other else f" --design {self.design}"
-        return f"symkin plan {typed_name(self.mechanism)}{design} --out planned"
+        return f"symkin plan {typed_name(self.mechanism)} --out planned"
 
     @property
     def next_step(self) -> str:
@@ -265,7 +271,7 @@ class CheckResult(Result):
                 "take a larger workspace, another sensor or fewer parameters; more poses do not "
                 "help"
             )
-        return self.next_command or f"symkin.plan(mechanism, design={self.design!r})"
+        return self.next_command or "symkin.plan(mechanism)"
 
     def columns(self) -> Mapping[str, Sequence[Any]]:
         """Return a row a leg; legs count from 1, as in all tables."""
@@ -297,6 +303,7 @@ class CheckResult(Result):
                 "least_poses": self.least_poses,
                 "deviations_in_tolerances": self.weak,
                 "design": self.design,
+                "shortest_design": self.shortest_design,
                 "next": self.next_step,
             },
             "symmetry": {

@@ -264,13 +264,14 @@ class Plan(Result):
 
 
 ROLES = ("primary", "spare")
+_DIGITS = 9  # of metres and radians: more than any device shows
 
 
 @checks()
 def write_plan(
     plan: Plan, path: str | os.PathLike[str], mechanism: MechanismGiven, *, overwrite: bool = False
 ) -> None:
-    """Write a plan as CSV or Parquet, by extension; it reads back to the same numbers.
+    """Write a plan as CSV or Parquet, by extension, to nanometres and nanoradians.
 
     A file that exists is replaced only with `overwrite`.
 
@@ -298,6 +299,11 @@ def plan_columns(plan: Plan, mechanism: Mechanism) -> dict[str, Any]:
         "leg": plan.leg_sets + 1,
         "order": plan.order,
         "role": [ROLES[int(spare)] for spare in plan.spare],
-        **dict(zip(pose_names, as_drawn(mechanism, plan.poses).T, strict=True)),
-        **dict(zip(reading_names, readings.T, strict=True)),
+        **dict(zip(pose_names, _commanded(as_drawn(mechanism, plan.poses)).T, strict=True)),
+        **dict(zip(reading_names, _commanded(readings).T, strict=True)),
     }
+
+
+def _commanded(values: Array) -> Array:
+    """With the digits that a controller may need, and no negative zeros."""
+    return np.round(values, _DIGITS) + 0.0

@@ -41,11 +41,6 @@ from symkin.show.wording import (
 )
 from symkin.show.workspace import elements_table, sampling_table
 
-_DESIGNS = {
-    "orbits": "a pose and its images serve all legs",
-    "mechanism": "poses are chosen for all legs at once",
-    "legs": "poses are chosen for each leg",
-}
 _TITLES = {
     4: "Section 4: symmetrical active-joint workspace",
     5: "Section 5: symmetrical observability",
@@ -93,6 +88,15 @@ def check_page(result: CheckResult) -> Page:
     )
 
 
+def _design_words(result: CheckResult) -> str:
+    """What the plan's default measures, and what would be less."""
+    if result.design == "mechanism":
+        return "poses for all legs at once"
+    shortest = result.shortest_design
+    whole = f"{result.mechanism.protocol.pose_count * len(result.origins)} poses"
+    return whole if shortest == "legs" else f"{whole}; fewer by --design {shortest}"
+
+
 def _headlines(result: CheckResult) -> list[Headline]:
     mechanism, home = result.mechanism, result.home
     settings = mechanism.workspace
@@ -113,7 +117,7 @@ def _headlines(result: CheckResult) -> list[Headline]:
     headlines = [
         ("Parameters that poses show", shown, remark),
         ("Poses", f"at least {result.least_poses}", f"{mechanism.protocol.pose_count} {more}"),
-        ("Design", result.design, _DESIGNS[result.design]),
+        ("Design", result.design, _design_words(result)),
         ("Workspace", f"{100 * result.share:.1f}%", "of its box can be used"),
     ]
     alone = result.readings_alone

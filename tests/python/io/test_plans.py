@@ -27,13 +27,27 @@ def plan(paper: Mechanism, measured: Measurements) -> Plan:
 
 
 @pytest.mark.parametrize("name", ["plan.csv", "plan.parquet"])
-def test_a_plan_reads_back_to_the_same_numbers(
+def test_a_plan_reads_back_to_nanometres_and_nanoradians(
     tmp_path: Path, paper: Mechanism, plan: Plan, name: str
 ) -> None:
     write_plan(plan, tmp_path / name, paper)
     read = read_plan(tmp_path / name, paper)
-    for field in ("leg_sets", "order", "spare", "poses", "readings"):
+    for field in ("leg_sets", "order", "spare"):
         assert np.array_equal(getattr(read, field), getattr(plan, field)), field
+    for field in ("poses", "readings"):
+        off = np.abs(getattr(read, field) - getattr(plan, field))
+        assert 0 < off.max() <= 5.0001e-10, field
+    write_plan(read, tmp_path / f"again-{name}", paper)
+    assert (tmp_path / f"again-{name}").read_bytes() == (tmp_path / name).read_bytes()
+
+
+def test_a_plan_has_no_digits_that_no_device_shows(
+    tmp_path: Path, paper: Mechanism, plan: Plan
+) -> None:
+    write_plan(plan, tmp_path / "plan.csv", paper)
+    cells = (tmp_path / "plan.csv").read_text().replace("\n", ",").split(",")
+    assert max(len(cell.partition(".")[2]) for cell in cells) == 9
+    assert not any("e-" in cell or cell == "-0" for cell in cells)
 
 
 def test_a_plan_names_its_columns_with_units(tmp_path: Path, paper: Mechanism, plan: Plan) -> None:

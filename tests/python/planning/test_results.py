@@ -140,8 +140,9 @@ def test_a_table_of_a_result_is_its_file(results, name, extension, framed, tmp_p
             assert list(column) == [kind(cell) for cell in cells]
     reader = {"Plan": symkin.read_plan, "Measurements": symkin.read_measurements}[name]
     found = reader(path, results["Plan"].mechanism)
+    off = 5.0001e-10 if name == "Plan" else 0.0  # plans are written to nanometres
     for field in ("poses", "readings", "leg_sets"):
-        np.testing.assert_array_equal(getattr(found, field), getattr(result, field))
+        np.testing.assert_allclose(getattr(found, field), getattr(result, field), rtol=0, atol=off)
     with pytest.raises(symkin.SymkinError, match="exists"):
         result.save(path)
 
