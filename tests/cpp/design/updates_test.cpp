@@ -2,9 +2,11 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
+#include <optional>
 
 #include "design/small_problems.hpp"
 #include "symkin/design/detail/candidates.hpp"
+#include "symkin/design/detail/criteria.hpp"
 #include "symkin/design/detail/information.hpp"
 #include "symkin/support/dense.hpp"
 
@@ -13,6 +15,7 @@ namespace {
 
 using design::detail::BestPair;
 using design::detail::ColumnBlocks;
+using design::detail::ErrorExchange;
 using design::detail::Information;
 using design::detail::Leaving;
 using design::detail::leaving_pose;
@@ -50,6 +53,35 @@ TEST(Updates, ALowerRootOfASingularMatrixMultipliesBack) {
   const RowMatrix root = lower_root(matrix);
   EXPECT_LT((root.transpose() * root - matrix).norm(), 1e-12 * matrix.norm());
   EXPECT_EQ(RowMatrix(root.triangularView<Eigen::StrictlyUpper>()).norm(), 0);
+}
+
+TEST(Updates, AnExchangeOfRowsChangesTheErrorAsAFreshFactorSays) {
+  const Index p = 6;
+  const RowMatrix rows = random_rows(24, p, 4);
+  const RowMatrix information = rows.transpose() * rows;
+  const RowMatrix half = random_rows(p, p, 5);
+  const RowMatrix weight = half.transpose() * half;
+  const RowMatrix inverse = information.inverse();
+  const RowMatrix in = random_rows(3, p, 6);
+  const RowMatrix out = rows.topRows(3);
+  const RowMatrix weighted = inverse * weight * inverse;
+  const RowMatrix solved[] = {in * inverse, out * inverse};
+  const RowMatrix weighed[] = {in * weighted, out * weighted};
+  const ErrorExchange exchange({in, solved[0], weighed[0]}, {out, solved[1], weighed[1]});
+  const RowMatrix direction = in.transpose() * in - out.transpose() * out;
+  const auto error = [&](double share) {
+    return ((information + share * direction).inverse() * weight).trace();
+  };
+  for (const double share : {0.0, 0.1, 0.5, 1.0}) {
+    const std::optional<double> gain = exchange.gain(share);
+    ASSERT_TRUE(gain);
+    EXPECT_NEAR(*gain, error(0) - error(share), 1e-9 * error(0)) << share;
+    EXPECT_EQ(exchange.falls(share), error(share + 1e-6) < error(share - 1e-6)) << share;
+  }
+  const RowMatrix none = RowMatrix::Zero(24, p);
+  const RowMatrix all_solved = rows * inverse;
+  const RowMatrix all_weighed = rows * weighted;
+  EXPECT_FALSE(ErrorExchange({none, none, none}, {rows, all_solved, all_weighed}).gain(1));
 }
 
 TEST(Screen, OfEqualCandidatesKeepsThoseOfLowerIndex) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "symkin/design/detail/criteria.hpp"
 
+#include <Eigen/LU>
 #include <cmath>
 #include <limits>
 
@@ -9,6 +10,7 @@
 namespace symkin::design::detail {
 namespace {
 
+constexpr double kLeastRatio = 1e-4;  // of determinants: less costs more digits than four
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
 Vector scale_or_ones(const SelectionOptions& options, Index p) {
@@ -92,6 +94,46 @@ CriterionGradient criterion_gradient(const RowMatrix& information, const Selecti
     result.loss = product(vectors * largest.asDiagonal(), vectors.transpose());
   }
   return result;
+}
+
+ErrorExchange::ErrorExchange(const Rows& in, const Rows& out) : r_(in.rows.rows()) {
+  using Given = Eigen::Ref<const RowMatrix>;
+  const auto fill = [&](Small& matrix, const Given& of_in, const Given& of_out) {
+    matrix.resize(2 * r_, 2 * r_);
+    matrix.topLeftCorner(r_, r_) = of_in.lazyProduct(in.rows.transpose());
+    matrix.bottomLeftCorner(r_, r_) = of_out.lazyProduct(in.rows.transpose());
+    matrix.topRightCorner(r_, r_) = matrix.bottomLeftCorner(r_, r_).transpose();
+    matrix.bottomRightCorner(r_, r_) = of_out.lazyProduct(out.rows.transpose());
+  };
+  fill(g_, in.solved, out.solved);
+  fill(h_, in.weighted, out.weighted);
+}
+
+std::optional<ErrorExchange::Small> ErrorExchange::inverse_at(double share) const {
+  Small k = share * g_;
+  k.diagonal().head(r_).array() += 1;
+  k.diagonal().tail(r_).array() -= 1;
+  const Eigen::PartialPivLU<Small> lu(k);
+  if (!(lu.determinant() * (r_ % 2 == 0 ? 1 : -1) > kLeastRatio)) {
+    return std::nullopt;
+  }
+  return lu.inverse();
+}
+
+std::optional<double> ErrorExchange::gain(double share) const {
+  const std::optional<Small> k = inverse_at(share);
+  // Both are symmetric: the trace of their product.
+  return k ? std::optional(share * k->cwiseProduct(h_).sum()) : std::nullopt;
+}
+
+bool ErrorExchange::falls(double share) const {
+  std::optional<Small> k = inverse_at(share);
+  if (!k) {
+    return false;
+  }
+  const Small kh = k->lazyProduct(h_);
+  k->rightCols(r_) *= -1;  // K D
+  return k->transpose().cwiseProduct(kh).sum() > 0;
 }
 
 }  // namespace symkin::design::detail

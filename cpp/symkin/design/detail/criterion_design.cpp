@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <utility>
 
 #include "symkin/design/detail/bounds.hpp"
@@ -130,8 +131,8 @@ class DesignSearch {
       }
     }
     for (std::size_t j = outer_.size(); j < active_.size(); ++j) {
-      const RowMatrix rows = problem_.candidates.rows(active_[j]);
-      outer_.push_back(product(rows.transpose(), rows));
+      rows_.push_back(problem_.candidates.rows(active_[j]));
+      outer_.push_back(product(rows_[j].transpose(), rows_[j]));
     }
   }
 
@@ -185,7 +186,10 @@ class DesignSearch {
         return;
       }
       const RowMatrix direction = outer_[taker] - outer_[giver];
-      const double moved = best_step(direction, std::min(weights_[giver], 1 - weights_[taker]));
+      const double limit = std::min(weights_[giver], 1 - weights_[taker]);
+      const double moved = criterion() == Criterion::expected_error
+                               ? best_step(error_falls(rows_[taker], rows_[giver]), limit)
+                               : best_step(criterion_rises(direction), limit);
       if (moved <= 0) {
         return;
       }
@@ -195,13 +199,30 @@ class DesignSearch {
     }
   }
 
-  // Along a line the criterion rises and then falls: bisection of its slope.
-  double best_step(const RowMatrix& direction, double limit) const {
-    const auto rises = [&](double step) {
+  // Whether the criterion rises at a step along a direction.
+  std::function<bool(double)> criterion_rises(const RowMatrix& direction) const {
+    return [this, &direction](double step) {
       const RowMatrix moved = information_ + step * direction;
       return inverse_factor(moved).size() != 0 &&
              gradient_at(moved).cwiseProduct(direction).sum() > 0;
     };
+  }
+
+  std::function<bool(double)> error_falls(const RowMatrix& in, const RowMatrix& out) const {
+    const RowMatrix factor = demanded_factor(information_);
+    const RowMatrix inverse = product(factor.transpose(), factor);
+    const RowMatrix weighted = product(product(inverse, options_.error_weight), inverse);
+    const auto with = [&](const RowMatrix& rows) {
+      return std::pair(product(rows, inverse), product(rows, weighted));
+    };
+    const auto [in_solved, in_weighted] = with(in);
+    const auto [out_solved, out_weighted] = with(out);
+    const ErrorExchange exchange({in, in_solved, in_weighted}, {out, out_solved, out_weighted});
+    return [exchange](double step) { return exchange.falls(step); };
+  }
+
+  // Along a line the criterion rises and then falls: bisection of its slope.
+  static double best_step(const std::function<bool(double)>& rises, double limit) {
     if (rises(limit)) {
       return limit;
     }
@@ -217,8 +238,8 @@ class DesignSearch {
   const Problem& problem_;
   const SelectionOptions options_;
   Indices active_;
-  std::vector<double> weights_;  // of the active candidates, in [0, 1]
-  std::vector<RowMatrix> outer_;
+  std::vector<double> weights_;          // of the active candidates, in [0, 1]
+  std::vector<RowMatrix> rows_, outer_;  // of the active candidates: C, C^T C
   RowMatrix information_;
   double sharpness_ = kFirstSharpness;
   double reached_ = 0;  // the largest value of a selection so far

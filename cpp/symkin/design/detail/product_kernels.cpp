@@ -40,6 +40,20 @@ struct Wide {
     }
   }
 
+  SYMKIN_INLINE bool all_zero(const Lanes* sums) {
+    const auto zeros = [&](Index k) { return sums[k] == Lanes{}; };
+    auto all = zeros(0);
+    for (Index k = 1; k < kParts; ++k) {
+      all &= zeros(k);
+    }
+    for (Index lane = 0; lane < kLanes; ++lane) {
+      if (all[lane] == 0) {
+        return false;
+      }
+    }
+    return true;
+  }
+
   // Of a group.
   SYMKIN_INLINE double largest(const double* values) {
     Lanes most = load(values)[0];
@@ -68,12 +82,18 @@ struct Wide {
     while (first < size && u[first] == 0) {
       ++first;
     }
+    while (first < size && u[size - 1] == 0) {
+      --size;
+    }
     Lanes v[kMaxRows * kParts];
     for (Index lane = 0; lane < kBlock; lane += kGroup) {
       for (Index row = 0; row < shape.rows; ++row) {
         Lanes* of_row = v + row * kParts;
         combine<kParts>(x + (row * shape.parameters + first) * kBlock + lane, u + first,
                         size - first, of_row);
+        if (all_zero(of_row)) {  // a row of another leg
+          continue;
+        }
         for (Index k = 0; k < kParts; ++k) {
           store(trace + lane)[k] += scale * (of_row[k] * of_row[k]);
         }

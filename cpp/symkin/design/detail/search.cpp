@@ -222,23 +222,58 @@ void DeterminantSearch::descend(double known) {
 }
 
 CriterionSearch::CriterionSearch(const Problem& problem, Indices pool, const Indices& chosen)
-    : PoolSearch(problem, std::move(pool), chosen),
-      rows_(problem.candidates.rows(pool_), problem.shape().rows) {
+    : PoolSearch(problem, std::move(pool), chosen), rows_(problem.candidates.rows(pool_)) {
   rebuild();
 }
 
 void CriterionSearch::rebuild() {
   information_ = problem_.information(named(chosen_, pool_));
   merit_ = criterion_merit(information_, problem_.options);
+  if (problem_.options.criterion == Criterion::expected_error && std::isfinite(merit_)) {
+    const RowMatrix factor = demanded_factor(information_);
+    const RowMatrix inverse = product(factor.transpose(), factor);
+    solved_ = product(rows_, inverse);
+    weighted_ = product(solved_, product(problem_.options.error_weight, inverse));
+  } else {
+    solved_.resize(0, 0);
+  }
+}
+
+Vector CriterionSearch::first_order() const {
+  const RowMatrix changed =
+      solved_.size() != 0
+          ? RowMatrix(weighted_ * std::exp(merit_))
+          : product(rows_, criterion_gradient(information_, problem_.options).total());
+  const Vector by_row = changed.cwiseProduct(rows_).rowwise().sum();
+  const Index r = problem_.shape().rows;
+  return Eigen::Map<const RowMatrix>(by_row.data(), by_row.size() / r, r).rowwise().sum();
+}
+
+double CriterionSearch::exact_merit_after(Index place, Index member) const {
+  const Index r = problem_.shape().rows;
+  const auto in = rows_.middleRows(member * r, r);
+  const auto out = rows_.middleRows(at(chosen_, place) * r, r);
+  return criterion_merit(information_ + in.transpose() * in - out.transpose() * out,
+                         problem_.options);
+}
+
+double CriterionSearch::merit_after(Index place, Index member) const {
+  if (solved_.size() != 0) {
+    const Index r = problem_.shape().rows;
+    const auto of = [&](Index which) {
+      return ErrorExchange::Rows{rows_.middleRows(which * r, r), solved_.middleRows(which * r, r),
+                                 weighted_.middleRows(which * r, r)};
+    };
+    const auto gain = ErrorExchange(of(member), of(at(chosen_, place))).gain(1);
+    if (gain) {
+      return -std::log(std::exp(-merit_) - *gain);
+    }
+  }
+  return exact_merit_after(place, member);
 }
 
 bool CriterionSearch::improve(Index tries) {
-  const RowMatrix gradient = criterion_gradient(information_, problem_.options).total();
-  Vector values(rows_.count());
-  for (Index j = 0; j < values.size(); ++j) {
-    const RowMatrix c = rows_.rows(j);
-    values[j] = (c * gradient).cwiseProduct(c).sum();
-  }
+  const Vector values = first_order();
   struct Pair {
     double gain;  // of the merit, to first order
     Index place, member;
@@ -265,21 +300,22 @@ bool CriterionSearch::improve(Index tries) {
     }
     ++tried;
     check_interrupt();
-    const RowMatrix in = rows_.rows(pair->member);
-    const RowMatrix out = rows_.rows(at(chosen_, pair->place));
-    const double merit = criterion_merit(information_ + in.transpose() * in - out.transpose() * out,
-                                         problem_.options);
+    const double merit = merit_after(pair->place, pair->member);
     if (merit > best) {
       best = merit;
       best_pair = &*pair;
     }
   }
-  if (best_pair != nullptr) {
+  // Rounding of quick merits shall not exchange two poses for ever.
+  const bool better = best_pair != nullptr &&
+                      (solved_.size() == 0 ||
+                       exact_merit_after(best_pair->place, best_pair->member) > merit_ + kGain);
+  if (better) {
     at(chosen_, best_pair->place) = best_pair->member;
     ++exchanges_;
     rebuild();
   }
-  return best_pair != nullptr;
+  return better;
 }
 
 void CriterionSearch::descend(double /*known*/) {

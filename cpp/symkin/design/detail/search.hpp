@@ -91,10 +91,14 @@ class CriterionSearch final : public PoolSearch {
  private:
   void rebuild() override;
   bool improve(Index tries);
+  Vector first_order() const;  // of each member: what it adds to the merit
+  double merit_after(Index place, Index member) const;
+  double exact_merit_after(Index place, Index member) const;
 
-  ColumnBlocks rows_;
+  RowMatrix rows_;  // of the pool, one member below the other
   RowMatrix information_;
   double merit_ = 0;
+  RowMatrix solved_, weighted_;  // as ErrorExchange wants rows_; empty for other criteria
 };
 
 }  // namespace symkin::design::detail
