@@ -49,7 +49,9 @@ def _decimal(value: float, digits: int = 3) -> str:
 
 def fixed(value: float, decimals: int) -> str:
     """So many digits after the point."""
-    return _signed(f"{value:.{decimals}f}") if math.isfinite(value) else NONE
+    if not math.isfinite(value):
+        return NONE
+    return _signed(f"{round(value, decimals) + 0.0:.{decimals}f}")  # no negative zero
 
 
 def decimals_of(deviation: float, otherwise: int = 6) -> int:

@@ -2,11 +2,14 @@
 """Numbers as a person reads them."""
 
 import math
+import re
 
 import numpy as np
 import pytest
 
+import symkin
 from symkin.show import wording
+from symkin.show.rendering import page_html
 
 SPACE = "\N{NO-BREAK SPACE}"
 
@@ -60,3 +63,16 @@ def test_changes_of_an_error_are_told_as_a_factor():
 def test_counts_have_their_thousands_apart():
     assert wording.plural(30000, "pose") == f"30{SPACE}000 poses"
     assert wording.plural(1, "pose lies", "poses lie") == "1 pose lies"
+
+
+def test_a_number_that_rounds_to_nothing_has_no_sign():
+    assert wording.fixed(-1e-9, 3) == "0.000"
+    assert wording.fixed(-0.0006, 3) == "\N{MINUS SIGN}0.001"
+
+
+def test_the_page_of_a_plan_is_light_and_says_a_style_of_many_markers_once():
+    text = page_html(symkin.plan("3RRR", candidates=2000).page())
+    assert len(text.encode()) <= 300_000
+    assert "DejaVu" not in text
+    # Alone in a group, a marker may have one of its own.
+    assert not re.search(r'<use [^>]* style="[^"]*"/>\s*<use [^>]* style="', text)
