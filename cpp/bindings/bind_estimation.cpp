@@ -253,7 +253,7 @@ void bind_joint(py::module_& module) {
                       const symkin::RowMatrix& anchors, const symkin::Vector& plane,
                       const std::vector<std::pair<std::string, bool>>& leg_covariates,
                       const symkin::RowMatrix& leg_slopes, std::vector<std::string> base_covariates,
-                      const symkin::RowMatrix& base_slopes) {
+                      const symkin::RowMatrix& base_slopes, const symkin::Vector& zeros) {
             Setup setup = Setup::of(mechanism);
             if (curvature.rows() != setup.curvature.rows() || curvature.cols() != 3 ||
                 points.cols() != 3 || anchors.cols() != 3 || plane.size() != 3) {
@@ -290,6 +290,10 @@ void bind_joint(py::module_& module) {
             setup.points = points;
             setup.anchors = anchors;
             setup.plane = plane;
+            if (zeros.size() != 0 && zeros.size() != anchors.rows()) {
+              throw symkin::InvalidInput("expected the zeros of distances as one an anchor");
+            }
+            setup.zeros = zeros.size() > 0 ? zeros : symkin::Vector::Zero(anchors.rows());
             return setup;
           }),
           py::arg("mechanism"), py::arg("curvature"), py::arg("base"), py::arg("target"),
@@ -297,7 +301,7 @@ void bind_joint(py::module_& module) {
           py::arg("leg_covariates") = std::vector<std::pair<std::string, bool>>(),
           py::arg("leg_slopes") = symkin::RowMatrix(),
           py::arg("base_covariates") = std::vector<std::string>(),
-          py::arg("base_slopes") = symkin::RowMatrix())
+          py::arg("base_slopes") = symkin::RowMatrix(), py::arg("zeros") = symkin::Vector())
       .def_readonly("parameters", &Setup::parameters)
       .def_readonly("curvature", &Setup::curvature)
       .def_readonly("base", &Setup::base)
@@ -305,6 +309,7 @@ void bind_joint(py::module_& module) {
       .def_readonly("points", &Setup::points)
       .def_readonly("anchors", &Setup::anchors)
       .def_readonly("plane", &Setup::plane)
+      .def_readonly("zeros", &Setup::zeros)
       .def_property_readonly("leg_covariates",
                              [](const Setup& setup) {
                                std::vector<std::pair<std::string, bool>> covariates;
@@ -320,23 +325,31 @@ void bind_joint(py::module_& module) {
   module.def("unknown_names", &symkin::unknown_names, py::arg("mechanism"), py::arg("setup"));
 
   py::class_<Observed>(module, "Observed")
-      .def(py::init([](symkin::RowMatrix values, symkin::RowMatrix deviations) {
-             return Observed{std::move(values), std::move(deviations)};
-           }),
-           py::arg("values"), py::arg("deviations"))
+      .def(py::init(
+               [](symkin::RowMatrix values, symkin::RowMatrix deviations, symkin::RowMatrix axes) {
+                 return Observed{std::move(values), std::move(deviations), std::move(axes)};
+               }),
+           py::arg("values"), py::arg("deviations"), py::arg("axes") = symkin::RowMatrix())
       .def_readonly("values", &Observed::values)
       .def_readonly("deviations", &Observed::deviations);
   py::class_<Observations>(module, "Observations")
       .def(py::init([](Observed readings, Observed poses, Observed reported, Observed points,
-                       Observed distances, Observed heights, symkin::RowMatrix leg_covariates,
-                       symkin::RowMatrix base_covariates) {
-             return Observations{std::move(readings),       std::move(poses),
-                                 std::move(reported),       std::move(points),
-                                 std::move(distances),      std::move(heights),
-                                 std::move(leg_covariates), std::move(base_covariates)};
+                       Observed distances, Observed heights, Observed attitudes, Observed turns,
+                       Observed separations, Observed rises, Observed offsets,
+                       symkin::RowMatrix turn_axes, symkin::RowMatrix partners,
+                       symkin::RowMatrix leg_covariates, symkin::RowMatrix base_covariates) {
+             return Observations{
+                 std::move(readings),  std::move(poses),          std::move(reported),
+                 std::move(points),    std::move(distances),      std::move(heights),
+                 std::move(attitudes), std::move(turns),          std::move(turn_axes),
+                 std::move(partners),  std::move(separations),    std::move(rises),
+                 std::move(offsets),   std::move(leg_covariates), std::move(base_covariates)};
            }),
            py::arg("readings"), py::arg("poses"), py::arg("reported"), py::arg("points"),
-           py::arg("distances"), py::arg("heights"),
+           py::arg("distances"), py::arg("heights"), py::arg_v("attitudes", Observed(), "..."),
+           py::arg_v("turns", Observed(), "..."), py::arg_v("separations", Observed(), "..."),
+           py::arg_v("rises", Observed(), "..."), py::arg_v("offsets", Observed(), "..."),
+           py::arg("turn_axes") = symkin::RowMatrix(), py::arg("partners") = symkin::RowMatrix(),
            py::arg("leg_covariates") = symkin::RowMatrix(),
            py::arg("base_covariates") = symkin::RowMatrix());
 

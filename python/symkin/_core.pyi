@@ -585,10 +585,10 @@ class Observability:
     def singular_values(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
         ...
 class Observations:
-    def __init__(self, readings: Observed, poses: Observed, reported: Observed, points: Observed, distances: Observed, heights: Observed, leg_covariates: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] = ..., base_covariates: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] = ...) -> None:
+    def __init__(self, readings: Observed, poses: Observed, reported: Observed, points: Observed, distances: Observed, heights: Observed, attitudes: Observed = ..., turns: Observed = ..., separations: Observed = ..., rises: Observed = ..., offsets: Observed = ..., turn_axes: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] = ..., partners: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] = ..., leg_covariates: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] = ..., base_covariates: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] = ...) -> None:
         ...
 class Observed:
-    def __init__(self, values: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], deviations: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"]) -> None:
+    def __init__(self, values: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], deviations: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], axes: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] = ...) -> None:
         ...
     @property
     def deviations(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
@@ -868,7 +868,7 @@ class SelectionOptions:
     def time_limit_s(self, arg0: typing.SupportsFloat | typing.SupportsIndex) -> None:
         ...
 class Setup:
-    def __init__(self, mechanism: Mechanism, curvature: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], base: Frame, target: Frame, points: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], anchors: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], plane: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], leg_covariates: collections.abc.Sequence[tuple[str, bool]] = [], leg_slopes: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] = ..., base_covariates: collections.abc.Sequence[str] = [], base_slopes: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] = ...) -> None:
+    def __init__(self, mechanism: Mechanism, curvature: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], base: Frame, target: Frame, points: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], anchors: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], plane: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], leg_covariates: collections.abc.Sequence[tuple[str, bool]] = [], leg_slopes: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] = ..., base_covariates: collections.abc.Sequence[str] = [], base_slopes: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] = ..., zeros: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ...) -> None:
         ...
     @property
     def anchors(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
@@ -902,6 +902,9 @@ class Setup:
         ...
     @property
     def target(self) -> Frame:
+        ...
+    @property
+    def zeros(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
         ...
 class Simulation:
     @property

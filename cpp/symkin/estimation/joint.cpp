@@ -116,9 +116,9 @@ void require_all(const LinearFit& shown) {
   }
 }
 
-// Statistics of the rows of one pose, for estimates of this covariance of the columns.
-void add_rows(Index index, const LinearPose& pose, const RowMatrix& covariance,
-              std::vector<RowFit>& rows) {
+// Statistics of the rows of one pose, or of a block, for estimates of this covariance of the
+// columns.
+void add_rows(const LinearPose& pose, const RowMatrix& covariance, std::vector<RowFit>& rows) {
   constexpr double kSilent = 1e-9;  // of the row's own variance
   const RowMatrix& e = pose.elimination.conditions;
   // J C J' by the rows' own unknowns, which are few.
@@ -148,7 +148,7 @@ void add_rows(Index index, const LinearPose& pose, const RowMatrix& covariance,
     const double variance = all - e.row(k) * explained * e.row(k).transpose();
     const bool reading = origin.kind == RowOrigin::Kind::closure;
     const double unit = reading && origin.by_error != 0 ? origin.by_error : 1;
-    RowFit row{index,        static_cast<int>(origin.kind),
+    RowFit row{origin.pose,  static_cast<int>(origin.kind),
                origin.index, -pose.variances[k] * multiplier / unit,
                kMissing,     kMissing};
     if (e.cols() > 0 && variance > kSilent * all) {
@@ -221,7 +221,7 @@ void describe(const LatentProblem& problem, const Layout& layout, const Vector& 
   determine(problem, layout, tolerances, scale, losses, fit);
   for (Index pose = 0; rows && pose < fit.poses.rows(); ++pose) {
     if (!problem.aside()[static_cast<std::size_t>(pose)]) {
-      add_rows(pose, problem.as_eliminated(pose), fit.model_covariance, fit.rows);
+      add_rows(problem.as_eliminated(pose), fit.model_covariance, fit.rows);
     }
   }
 }

@@ -35,8 +35,11 @@ struct JointOptions {
 // One row of the observations and what the fit says of it.
 struct RowFit {
   Index pose;
-  int kind;  // RowOrigin::Kind: 0 a reading, 1 pose, 2 reported pose, 3 point, 4 distance, 5 height
-  Index index;      // the leg, the component, the point's coordinate, the anchor
+  // RowOrigin::Kind: 0 a reading, 1 pose, 2 reported pose, 3 point, 4 distance, 5 height, 6
+  // attitude, 7 turn; between poses, and then of that which names the other, 8 separation, 9 rise,
+  // 10 offset.
+  int kind;
+  Index index;  // the leg, the component, the point's coordinate, the anchor, the angle, the pair
   double residual;  // estimated error of the observation, in its own unit
   double t;         // standard normal if the row is sound, NaN where nothing can be said
   double blunder;   // the error that it would have if it alone were wrong, in its own unit
@@ -55,8 +58,8 @@ struct JointFit {
   RowMatrix poses;               // N x coordinates, the latent ones; NaN where set aside
   RowMatrix reading_errors;      // N x legs, psi_true - psi_read
   std::vector<RowFit> rows;
-  std::vector<Index> conditions;  // of each pose, r_j
-  Vector chi_squares;             // of each pose
+  std::vector<Index> conditions;  // of each pose, r_j; of a block of poses at its first
+  Vector chi_squares;             // of each pose, likewise
   Vector loss_weights;            // of each pose, 1 without a loss
   std::vector<Index> aside;       // poses that no start was found for, or nothing observed at
   double chi_square_data = 0;     // sum over the poses

@@ -28,9 +28,10 @@ class Linearised {
         poses_(poses),
         jacobians_(static_cast<std::size_t>(poses.rows())),
         residuals_(jacobians_.size()) {
-    constexpr Index kBlock = 1024;  // poses whose linearisations are held together
-    for (Index first = 0; first < poses.rows(); first += kBlock) {
-      linearise(first, std::min(kBlock, poses.rows() - first));
+    // Poses whose linearisations are held together: all, where something was measured between them.
+    const Index together = observations.partners.cols() > 0 ? poses.rows() : Index{1024};
+    for (Index first = 0; first < poses.rows(); first += together) {
+      linearise(first, std::min(together, poses.rows() - first));
     }
   }
 

@@ -8,7 +8,7 @@ namespace symkin {
 
 // The whitened rows of poses that fit_jointly would have, r of each pose. r is the largest number
 // of conditions of a pose; one with fewer has rows of zeros behind its own, and one that is not
-// finite has rows of NaN.
+// finite has rows of NaN. Those of poses between which something was measured stand at the first.
 struct ObservedRows {
   RowMatrix jacobian;  // (N r) x columns
   Vector residual;     // N r

@@ -37,6 +37,7 @@ Setup Setup::of(const Mechanism& mechanism) {
   setup.curvature = RowMatrix::Zero(mechanism.leg_count(), UnknownList::kCurvature);
   setup.points.resize(0, 3);
   setup.anchors.resize(0, 3);
+  setup.zeros.resize(0);
   setup.leg_slopes.resize(mechanism.leg_count(), 0);
   setup.base_slopes.resize(0, 6);
   return setup;
@@ -74,6 +75,7 @@ UnknownList::UnknownList(const Setup& setup)
       leg_slopes_(setup.leg_slopes.cols()),
       points_(setup.points.rows()),
       anchors_(setup.anchors.rows()),
+      zeros_(setup.zeros.size()),
       base_slopes_(setup.base_slopes.rows()) {}
 
 std::vector<std::string> unknown_names(const Mechanism& mechanism, const Setup& setup) {
@@ -113,6 +115,9 @@ std::vector<std::string> unknown_names(const Mechanism& mechanism, const Setup& 
     for (Index i = 0; i < setup.anchors.rows(); ++i) {
       set(list.anchor(i) + axis, "anchor" + std::to_string(i + 1) + "." + kAxes[axis]);
     }
+  }
+  for (Index i = 0; position_size(space) > 0 && i < setup.zeros.size(); ++i) {
+    set(list.zero(i), "distance" + std::to_string(i + 1) + ".zero");
   }
   for (Index i = 0; position_size(space) == 3 && i < 3; ++i) {
     set(list.plane() + i, "plane.c" + std::to_string(i));
@@ -271,6 +276,7 @@ Setup moved(const Setup& setup, const Layout& layout, ConstVector change) {
     result.anchors.row(i) += steps.segment<3>(list.anchor(i));
   }
   result.plane += steps.segment<3>(list.plane());
+  result.zeros += steps.segment(list.zero(0), setup.zeros.size());
   for (Index i = 0; i < setup.base_slopes.rows(); ++i) {
     result.base_slopes.row(i) += steps.segment<6>(list.base_slope(i));
   }

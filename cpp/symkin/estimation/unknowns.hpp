@@ -32,6 +32,7 @@ struct Setup {
   RowMatrix anchors;     // n x 3, fixed points that distances are measured from, device's frame
   // (c0, c1, c2) of the plane z = c0 + c1 x + c2 y of the base frame that a probe touches.
   Eigen::Vector3d plane = Eigen::Vector3d::Zero();
+  Vector zeros;  // of the distances, by how much more is true than is shown; all or none
   // What changes from pose to pose by covariates, see Observations; at zero the rest is what it is.
   std::vector<LegCovariate> leg_covariates;
   RowMatrix leg_slopes;  // legs x k
@@ -56,7 +57,8 @@ struct Setup {
 
 // Every scalar of a setup, in one order: of each leg its parameters and the three terms of its
 // sensor's curvature; the base frame and the target frame, six components of the tangent each; the
-// points, the anchors, the plane; the slopes, of each leg one of each covariate, of the base six.
+// points, the anchors, the plane, the zeros of distances; the slopes, of each leg one of each
+// covariate, of the base six.
 class UnknownList {
  public:
   explicit UnknownList(const Setup& setup);
@@ -69,18 +71,19 @@ class UnknownList {
   Index point(Index i) const { return target() + 6 + 3 * i; }
   Index anchor(Index i) const { return point(points_) + 3 * i; }
   Index plane() const { return anchor(anchors_); }
-  Index leg_slope(Index leg) const { return plane() + 3 + leg * leg_slopes_; }
+  Index zero(Index i) const { return plane() + 3 + i; }
+  Index leg_slope(Index leg) const { return zero(zeros_) + leg * leg_slopes_; }
   Index base_slope(Index i) const { return leg_slope(legs_) + 6 * i; }
 
   static constexpr Index kCurvature = 3;
 
  private:
-  Index legs_, parameters_, leg_slopes_, points_, anchors_, base_slopes_;
+  Index legs_, parameters_, leg_slopes_, points_, anchors_, zeros_, base_slopes_;
 };
 
 // Names as files and options say them: "leg2.distal_length", "base.x", "target.rz", "point1.x",
-// "anchor1.y", "plane.c1", "leg1.drift", "drift.x". Empty for a scalar that the mechanism does not
-// have, such as the z of a planar frame.
+// "anchor1.y", "plane.c1", "distance1.zero", "leg1.drift", "drift.x". Empty for a scalar that the
+// mechanism does not have, such as the z of a planar frame.
 std::vector<std::string> unknown_names(const Mechanism& mechanism, const Setup& setup);
 
 // Whether a parameter of a chain is a length that is there.

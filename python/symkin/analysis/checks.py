@@ -198,7 +198,7 @@ class CheckResult(Result):
         Empty without a sample, and where some combination is not shown at all.
         """
         mechanism = self.mechanism
-        if self.sample is None or self.blind or not any(vars(mechanism.noise).values()):
+        if self.sample is None or self.blind or not any(mechanism.noise.deviations.values()):
             return {}
         found: dict[str, float] = {}
         for leg in dict.fromkeys(each.reference for each in self.origins):

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from symkin.data.error_axes import drawn_along
 from symkin.data.measurements import Measurements
 from symkin.data.observables import OBSERVABLES, words_with
 from symkin.errors import SymkinError, one_of
@@ -44,8 +45,12 @@ class Observed:
     kinds : tuple of str
         ``"pose"`` of the target, or its ``"position"`` or ``"orientation"`` alone; ``"points"``;
         ``"distance"`` of the target from anchors; ``"height"`` of the target above a plane, in
-        space; ``"reported"``: the platform's own pose in the base frame, exactly, by a controller
-        that knows the robot; ``"readings"``: nothing else. One of them may be given as it is.
+        space; ``"attitude"``: its roll, pitch and yaw, or ``"tilt"``: roll and pitch alone;
+        ``"reported"``: the platform's own pose in the base frame, exactly, by a controller that
+        knows the robot; ``"readings"``: nothing else. Between the first row and the second, the
+        third and the fourth and so on: ``"separation"``, how far the targets are from each other,
+        ``"rise"``, how much higher the second is, ``"offset"``, along each coordinate. One of them
+        may be given as it is.
     base : tuple of float or None
         The robot's base in the device's frame; None: the same.
     target : tuple of float or None
@@ -85,6 +90,8 @@ class Observed:
             one_of("observe", kind, Observable)
         object.__setattr__(self, "kinds", kinds)
         whole = {"pose", "position", "orientation"}.intersection(kinds)
+        if {"attitude", "tilt"}.issubset(kinds):
+            raise SymkinError("observe has attitude and tilt, which is a part of it; expected one")
         if not kinds or len(set(kinds)) < len(kinds) or len(whole) > 1:
             shown = ", ".join(kinds) or "nothing"
             raise SymkinError(
@@ -188,7 +195,16 @@ class Observed:
             if self.spread:
                 deviations[OBSERVABLES[name].deviations] = own
             larger = np.reshape(times, (-1, *[1] * (len(shape) - 1)))
-            return np.asarray(own * larger * random.normal(size=shape))
+            drawn = larger * random.normal(size=shape)
+            found = np.asarray(own * drawn)
+            if noise.along is not None and name in ("poses", "points") and not self.spread:
+                where = np.reshape(values, (rows, -1, size))
+                count = where.shape[1] * size
+                along = drawn_along(
+                    noise, where, drawn.reshape(rows, -1)[:, :count].reshape(where.shape)
+                )
+                found.reshape(rows, -1)[:, :count] = along.reshape(rows, count)
+            return found
 
         places = seen.translation[:, :size]
         poses = _pose_array(space, seen, errors("poses", places, (rows, dof)))
@@ -225,7 +241,34 @@ class Observed:
             above = in_base.translation @ normal - self.plane[0]
             heights = above / np.linalg.norm(normal)
             found["heights"] = noisy("heights", heights)
+        if {"attitude", "tilt"}.intersection(self.kinds):
+            found["attitudes"] = noisy("attitudes", _attitudes(space, seen.rotation))
+            if "tilt" in self.kinds:
+                found["attitudes"][:, 2] = np.nan
+        pairs = self._pairs(in_base.translation[:, :size], seen.translation[:, :size])
+        if pairs:
+            first = np.arange(0, rows - 1, 2)
+            found["partners"] = np.zeros((rows, 1), dtype=np.intp)
+            found["partners"][first + 1, 0] = taken.row_numbers[first]
+            found |= {name: noisy(name, values) for name, values in pairs.items()}
         return replace(taken, poses=poses, readings=readings, **found, **deviations)
+
+    def _pairs(self, in_base: Array, seen: Array) -> dict[str, Array]:
+        """What is observed of every second row from the one before, NaN in the others."""
+        found: dict[str, Array] = {}
+        second = np.arange(len(seen)) % 2 == 1
+        ways = [np.diff(each, axis=0, prepend=np.nan) for each in (in_base, seen)]
+        within, offsets = (np.where(second[:, None], way, np.nan) for way in ways)
+        if "separation" in self.kinds:
+            found["separations"] = np.linalg.norm(within, axis=1)[:, None]
+        if "rise" in self.kinds:
+            if in_base.shape[1] != 3:
+                raise SymkinError("heights above a plane are observed in space; this robot is not")
+            normal = np.array([-self.plane[1], -self.plane[2], 1.0])
+            found["rises"] = (within @ normal / np.linalg.norm(normal))[:, None]
+        if "offset" in self.kinds:
+            found["offsets"] = offsets[:, None]
+        return found
 
     def exact(self, taken: Measurements) -> Measurements:
         """Measure poses and readings that are exact without noise; the arguments of `measure`."""
@@ -255,6 +298,18 @@ class Observed:
         chance = random.random(shape)
         kept = chance == chance.max(axis=1, keepdims=True)
         return np.asarray((chance < self.missing) & ~kept)
+
+
+def _attitudes(space: str, rotation: Array) -> Array:
+    """Roll, pitch and yaw of rotations, see `Measurements.attitudes`."""
+    if not POSE_SPACES[space].has_quaternion:
+        raise SymkinError(
+            f"roll, pitch and yaw are of platforms that turn in space; this robot is {space}"
+        )
+    roll = np.arctan2(rotation[:, 2, 1], rotation[:, 2, 2])
+    pitch = np.arctan2(-rotation[:, 2, 0], np.hypot(rotation[:, 2, 1], rotation[:, 2, 2]))
+    yaw = np.arctan2(rotation[:, 1, 0], rotation[:, 0, 0])
+    return np.column_stack([roll, pitch, yaw])
 
 
 Observing = Observed | Observable | Sequence[Observable]

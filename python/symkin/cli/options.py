@@ -214,7 +214,7 @@ class Measured:
         if self.noise is None or (estimates and self.estimated):
             return mechanism
         units = {"position": "m", "orientation": "rad", "reading": mechanism.reading_unit}
-        units["per_metre"] = "1"
+        units |= {"per_metre": "1", "along": "m", "along_per_metre": "1"}
         said: dict[str, float] = {}
         for each in several_of(self.noise) or ():
             name, equal, text = each.partition("=")
@@ -229,7 +229,8 @@ class Measured:
             said[name] = value
         if "position" in said:  # of which a device's preset would be more
             said.setdefault("per_metre", 0.0)
-        return mechanism.replace(noise=dataclasses.replace(mechanism.noise, **said))
+        noise = dataclasses.replace(mechanism.noise, **said)  # type: ignore[arg-type]
+        return mechanism.replace(noise=noise)
 
 
 @dataclasses.dataclass(frozen=True)

@@ -12,7 +12,17 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from symkin.data.observables import CIRCUMSTANCES, COMMANDED, OBSERVABLES, REPORTED, Sizes
+from symkin.data.observables import (
+    CIRCUMSTANCES,
+    COMMANDED,
+    OBSERVABLES,
+    PAIR,
+    PAIR_ROW,
+    REPORTED,
+    ROW,
+    TURN_AXIS,
+    Sizes,
+)
 from symkin.errors import MeasurementError, QuantityError, did_you_mean
 from symkin.model.poses import POSE_SPACES, quaternions_from_rotation_vectors
 from symkin.model.settings import MeasurementColumns
@@ -39,6 +49,7 @@ _QUATERNION_NORM_TOLERANCE = 1e-3
 # How like a column's name is to a coordinate's that it is taken for a slip of the pen.
 _MISSPELT = 0.8
 _MOST_SESSIONS = 10**6
+_MOST_ROWS = 10**9
 
 
 def check_columns(
@@ -142,7 +153,8 @@ def _is_meant(table: Table, name: str, si_unit: str) -> bool:
     if "_" in name:  # of a reported pose, of which nobody expects a column
         return False
     known = re.compile(
-        r"(reported_.*|commanded_.*|x|y|z|phi|r[xyz]|psi_\d+|p\d+_[xyz]|distance_\d+)(_sd)?_.*"
+        r"(reported_.*|commanded_.*|x|y|z|phi|r[xyz]|psi_\d+|p\d+_[xyz]|distance_\d+|"
+        r"roll|pitch|yaw|turn|pair\d+_[a-z]+)(_sd)?_.*"
     )
     others = [each.lower() for each in table.names if not known.fullmatch(each)]
     return bool(get_close_matches(f"{name}_{si_unit}", others, n=1, cutoff=_MISSPELT))
@@ -468,6 +480,52 @@ def read_observed(
                     negative_allowed=negative_allowed,
                 )  # fmt: skip
             found[name] = values if each.is_pose else values.reshape(each.shape(sizes))
+    if any(name in table.names for name in TURN_AXIS):
+        for name in TURN_AXIS:
+            table.require(name, "axis of turns")
+        found["turn_axes"] = np.column_stack([table.numbers(name) for name in TURN_AXIS])
+    return found
+
+
+def read_partners(
+    table: Table, columns: MeasurementColumns, pose_space: str
+) -> NDArray[np.intp] | None:
+    """Return where the other rows of pairs stand in the source, 0 for none; None without pairs.
+
+    Rows are named by numbers of their own in the column ``row``, so that a table may be sorted.
+
+    Raises
+    ------
+    MeasurementError
+        Without that column, for two rows of the same number, and for another row that is not there.
+    """
+    if columns.names is not None:
+        table = table.renamed(columns.names)
+    count = _sizes(table, pose_space).pairs
+    if not count:
+        return None
+    table.require(ROW, f"number of each row, which {PAIR}1_row names the other one by")
+    labels = table.whole_numbers(ROW, 0, _MOST_ROWS)
+    order = np.argsort(labels, kind="stable")
+    again = np.flatnonzero(np.diff(labels[order]) == 0)
+    if len(again):
+        row = int(order[again[0] + 1])
+        raise table.row_error(row, f'has {labels[row]} in column "{ROW}", as another row has')
+    found = np.zeros((table.row_count, count), dtype=np.intp)
+    for pair in range(count):
+        name = f"{PAIR}{pair + 1}_row"
+        given = table.numbers(name, empty_allowed=True)
+        there = np.flatnonzero(np.isfinite(given))
+        places = order[np.minimum(np.searchsorted(labels[order], given[there]), len(order) - 1)]
+        wrong = (labels[places] != given[there]) | (places == there)
+        if wrong.any():
+            row = int(there[wrong.argmax()])
+            raise table.row_error(
+                row,
+                f'has {given[row]:g} in column "{name}"; expected what another row has in column '
+                f'"{ROW}"',
+            )
+        found[there, pair] = table.row_numbers[places]
     return found
 
 
@@ -525,7 +583,7 @@ def _sizes(table: Table, pose_space: str) -> Sizes:
         return Sizes(space)
     units, counts = "|".join(unit_names()), {}
     for each in OBSERVABLES.values():
-        if not each.numbered:
+        if not each.numbered or each.between_rows:
             continue
         pattern = each.numbers(space, units)
         numbers = {match[1]: name for name in table.names if (match := pattern.fullmatch(name))}
@@ -536,7 +594,19 @@ def _sizes(table: Table, pose_space: str) -> Sizes:
                     f"there are {len(numbers)} of the kind"
                 )
         counts[each.name] = len(numbers)
-    return Sizes(space, points=counts["points"], distances=counts["distances"])
+    return Sizes(space, 0, "", counts["points"], counts["distances"], _pair_count(table))
+
+
+def _pair_count(table: Table) -> int:
+    """How many pairs a row may be in, by the columns of the other rows, all those from 1."""
+    numbers = {match[1]: name for name in table.names if (match := PAIR_ROW.fullmatch(name))}
+    for number, name in numbers.items():
+        if len(number) > 6 or not 1 <= int(number) <= len(numbers):
+            raise table.error(
+                f'column "{name}" has number {number}; expected 1 to {len(numbers)}, since there '
+                f"are {len(numbers)} of the kind"
+            )
+    return len(numbers)
 
 
 def _check_name(name: str, pose_space: str, stems_of: Mapping[str, list[tuple[str, str]]]) -> None:

@@ -46,6 +46,13 @@ def joined(parts: Sequence[Measurements]) -> Measurements:
         if any(isinstance(value, np.ndarray) for value in found):
             arrays[name] = _stacked(name, found, parts)
     ends = np.cumsum([0, *(int(part.row_numbers.max(initial=0)) for part in parts)])
+    if "partners" in arrays:
+        arrays["partners"] = np.concatenate([
+            np.where(part.partners > 0, part.partners + end, 0)
+            if part.partners is not None
+            else np.zeros((len(part), arrays["partners"].shape[1]), dtype=np.intp)
+            for part, end in zip(parts, ends, strict=False)
+        ])  # fmt: skip
     arrays["row_numbers"] = np.concatenate(
         [part.row_numbers + end for part, end in zip(parts, ends, strict=False)]
     )

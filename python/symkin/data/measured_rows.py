@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
+from symkin.data.error_axes import Directed, directed_errors
 from symkin.data.observables import CIRCUMSTANCES, OBSERVABLES
 from symkin.errors import MeasurementError, NotIdentifiableError, printable, shown
 from symkin.model.poses import POSE_SPACES, PoseSpace, space_named, wrong_quaternion
@@ -27,6 +28,8 @@ __all__ = ["ALL_LEGS", "MeasuredRows"]
 ALL_LEGS = -1  # the set of poses that serve every leg; in files it is 0, and legs count from 1
 # What may have been observed besides poses and readings.
 _FURTHER = tuple(each for each in OBSERVABLES.values() if each.is_further)
+_BETWEEN = tuple(each for each in OBSERVABLES.values() if each.between_rows)
+_NEARLY_ONE = 1e-6  # of an axis as it is written
 
 
 @record
@@ -50,6 +53,18 @@ class MeasuredRows(Result):
     distance_deviations: NDArray[np.float64] | None = None
     heights: NDArray[np.float64] | None = None
     height_deviations: NDArray[np.float64] | None = None
+    attitudes: NDArray[np.float64] | None = None
+    attitude_deviations: NDArray[np.float64] | None = None
+    turns: NDArray[np.float64] | None = None
+    turn_deviations: NDArray[np.float64] | None = None
+    turn_axes: NDArray[np.float64] | None = None
+    partners: NDArray[np.intp] | None = None
+    separations: NDArray[np.float64] | None = None
+    separation_deviations: NDArray[np.float64] | None = None
+    rises: NDArray[np.float64] | None = None
+    rise_deviations: NDArray[np.float64] | None = None
+    offsets: NDArray[np.float64] | None = None
+    offset_deviations: NDArray[np.float64] | None = None
     commanded: NDArray[np.float64] | None = None
     times: NDArray[np.float64] | None = None
     temperatures: NDArray[np.float64] | None = None
@@ -75,6 +90,10 @@ class MeasuredRows(Result):
         if self.commanded is not None:
             make_arrays(self, commanded=(2, "float"))
             further.append("commanded")
+        for name, kind in (("turn_axes", "float"), ("partners", "int")):
+            if getattr(self, name) is not None:
+                make_arrays(self, **{name: (2, kind)})
+                further.append(name)
         rows = len(self.poses)
         for name in ("readings", "leg_sets", "row_numbers", *further):
             count = len(getattr(self, name))
@@ -82,6 +101,7 @@ class MeasuredRows(Result):
                 raise MeasurementError(f"there are {count} {name} for {rows} poses")
         for name in ("poses", *further):
             self._check_values(name)
+        self._check_pairs()
         self._check_circumstances()
         for each in OBSERVABLES.values():
             self._check_deviations(each.name, each.deviations)
@@ -127,10 +147,23 @@ class MeasuredRows(Result):
             raise MeasurementError(f"{name} are {values.shape}; expected {self.poses.shape}")
         if name == "points" and values.shape[2] != space.size:
             raise MeasurementError(f"points are {values.shape}; expected (N, n, {space.size})")
-        if name == "heights" and not space.in_space:
+        if name in ("heights", "rises") and not space.in_space:
             raise MeasurementError(
                 "there are heights above a plane; expected none, since the robot is planar"
             )
+        if name in ("attitudes", "turns") and not space.has_quaternion:
+            raise MeasurementError(
+                f"there are {name}; expected none, since the platform does not turn in space"
+            )
+        if name == "attitudes" and values.shape[1] != 3:
+            raise MeasurementError(f"attitudes are {values.shape}; expected roll, pitch and yaw")
+        if name == "turn_axes":
+            wrong = np.abs(np.linalg.norm(values, axis=1) - 1) > _NEARLY_ONE
+            if values.shape[1] != 3 or wrong.any():
+                raise MeasurementError(
+                    f"row {self.row_numbers[wrong.argmax()]} has the axis of turns "
+                    f"{values[wrong.argmax()].tolist()}; expected three components of length 1"
+                )
         infinite = _flat(np.isinf(values)).any(axis=1)
         if name != "poses" and infinite.any():
             raise MeasurementError(
@@ -145,6 +178,67 @@ class MeasuredRows(Result):
                     f"row {self.row_numbers[half.argmax()]} has a part of a quaternion; expected "
                     "all of it, or NaN in all four"
                 )
+
+    def _check_pairs(self) -> None:
+        """Refuse what was measured between rows if nobody says which."""
+        count = 0 if self.partners is None else self.partners.shape[1]
+        for each in _BETWEEN:
+            values = getattr(self, each.name)
+            if values is None:
+                continue
+            expected = (len(self.poses), count) + (self.space.size,) * (each.dimensions == 3)
+            if values.shape != expected:
+                raise MeasurementError(
+                    f"{each.name} have shape {values.shape}; expected {expected}, as many as there "
+                    "are partners, the numbers of the other rows"
+                )
+        if self.partners is None:
+            return
+        known = np.isin(self.partners, self.row_numbers) | (self.partners == 0)
+        own = self.partners == self.row_numbers[:, np.newaxis]
+        wrong = (own | ~known).any(axis=1)
+        if wrong.any():
+            row = int(wrong.argmax())
+            other = self.partners[row][(own | ~known)[row]][0]
+            span = f"{self.row_numbers.min()} to {self.row_numbers.max()}"
+            what = "is the row itself" if own[row].any() else f"is no row; rows are {span}"
+            raise MeasurementError(
+                f"row {self.row_numbers[row]} names row {other} as the other one, which {what}"
+            )
+
+    def numbered(self, numbers: NDArray[np.intp]) -> Self:
+        """Return them with other row numbers, by which partners are named from then on."""
+        places = self.partner_places
+        given: dict[str, Any] = {"row_numbers": numbers}
+        if self.partners is not None:
+            given["partners"] = np.where(places >= 0, np.asarray(numbers)[places], 0)
+        return replace(self, **given)
+
+    @property
+    def partner_places(self) -> NDArray[np.intp]:
+        """Where the other rows of `partners` are, from 0; -1 for none, or one that is not here."""
+        if self.partners is None:
+            return np.zeros((len(self.poses), 0), dtype=np.intp)
+        order = np.argsort(self.row_numbers, kind="stable")
+        at = np.searchsorted(self.row_numbers, self.partners, sorter=order)
+        places = order[np.minimum(at, len(order) - 1)] if len(order) else at
+        there = (self.partners > 0) & (self.row_numbers[places] == self.partners)
+        return np.where(there, places, -1)
+
+    @property
+    def first_of_block(self) -> NDArray[np.intp]:
+        """Of each row the first of those that partners connect it with, from 0."""
+        first, places = np.arange(len(self.poses)), self.partner_places
+        rows, pairs = np.nonzero(places >= 0)
+        ends = np.column_stack([rows, places[rows, pairs]])
+        while len(ends):
+            least = np.minimum(first[ends[:, 0]], first[ends[:, 1]])
+            before = first.copy()
+            np.minimum.at(first, ends[:, 0], least)
+            np.minimum.at(first, ends[:, 1], least)
+            if (first == before).all():
+                break
+        return first
 
     def _check_circumstances(self) -> None:
         """Refuse another shape than the rows want, and a row without a value."""
@@ -266,6 +360,8 @@ class MeasuredRows(Result):
         -------
         dict
             Of arrays like ``pose_deviations`` by what they belong to: ``poses``, ``heights``, ...
+            Where the noise of positions differs along a direction, they are along that and across
+            it, each in the place of the coordinate that it is nearest to.
         """
         found = {}
         for name, each in OBSERVABLES.items():
@@ -275,7 +371,32 @@ class MeasuredRows(Result):
                 shape = self._deviation_shape(name)
                 usual = np.broadcast_to(each.noise(noise, self.space, values), shape)
                 found[name] = usual if own is None else np.where(np.isnan(own), usual, own)
+                directed = self._directed(name, noise, found[name])
+                if directed is not None:
+                    found[name] = np.array(found[name])
+                    places = found[name].reshape(len(values), -1)
+                    count = directed.deviations[0].size if len(values) else 0
+                    places[:, :count] = directed.deviations.reshape(len(values), -1)
         return found
+
+    def _directed(
+        self, name: str, noise: NoiseSettings, deviations: NDArray[np.float64]
+    ) -> Directed | None:
+        """Errors of places along axes of their own; None where coordinates are as good.
+
+        A place that has a standard deviation of its own has it along its coordinates.
+        """
+        if noise.along is None or name not in ("poses", "points") or not self.space.moves:
+            return None
+        shape = len(self.poses), -1, self.space.size
+        cut = slice(self.space.size) if name == "poses" else slice(None)
+        places = getattr(self, name)[:, cut].reshape(shape)
+        found = directed_errors(noise, places)
+        own = getattr(self, OBSERVABLES[name].deviations)
+        if own is None:
+            return found
+        stated = np.isfinite(own[:, cut].reshape(shape)).any(axis=-1)
+        return found.without(stated, deviations[:, cut].reshape(shape))
 
     def observations(
         self,
@@ -294,13 +415,19 @@ class MeasuredRows(Result):
             values = getattr(self, name)
             if values is None:
                 return _core.Observed(nothing, nothing)
-            tables = (_flat(each) for each in (values, deviations[name]))
-            return _core.Observed(*map(np.ascontiguousarray, tables))
+            own, sizes = (np.ascontiguousarray(_flat(e)) for e in (values, deviations[name]))
+            directed = self._directed(name, noise, deviations[name])
+            axes = nothing if directed is None else directed.in_space
+            return _core.Observed(own, sizes, axes)
 
         covariates = (
             nothing if each is None else each for each in (leg_covariates, base_covariates)
         )
-        given: list[Any] = [*map(observed, OBSERVABLES), *covariates]
+        axes = self.turn_axes
+        if self.turns is not None and axes is None:
+            axes = np.tile([0.0, 0.0, 1.0], (len(self.poses), 1))
+        beside = (nothing if axes is None else axes, self.partner_places.astype(float))
+        given: list[Any] = [*map(observed, OBSERVABLES), *beside, *covariates]
         return _core.Observations(*given)
 
     @property
@@ -408,7 +535,7 @@ class MeasuredRows(Result):
 
     def to_dict(self) -> dict[str, Any]:
         """Return it as plain values, without what was not observed at all."""
-        optional = {"commanded", *(each.name for each in _FURTHER)}
+        optional = {"commanded", "partners", "turn_axes", *(each.name for each in _FURTHER)}
         optional |= {each.deviations for each in OBSERVABLES.values()}
         optional |= {*CIRCUMSTANCES}
         document = super().to_dict()

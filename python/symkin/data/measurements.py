@@ -67,6 +67,34 @@ class Measurements(MeasuredRows):
         Of the target above a plane: zero where a probe touches it. Spatial robots only.
     height_deviations : ndarray, shape (N,), or None
         Of `heights`.
+    attitudes : ndarray, shape (N, 3), or None
+        Roll, pitch and yaw of the target in the device's frame, ``Rz(yaw) Ry(pitch) Rx(roll)``, as
+        an attitude sensor shows them; any of them may be missing.
+    attitude_deviations : ndarray, shape (N, 3), or None
+        Of `attitudes`.
+    turns : ndarray, shape (N,), or None
+        How far the target is turned about a known axis of the device's frame, whatever it does
+        about others.
+    turn_deviations : ndarray, shape (N,), or None
+        Of `turns`.
+    turn_axes : ndarray, shape (N, 3), or None
+        These axes, of length one; without them z.
+    partners : ndarray of int, shape (N, k), or None
+        What was measured between two rows stands in one of them, up to k times: here the number of
+        the other one (see `row_numbers`), 0 for none.
+    separations : ndarray, shape (N, k), or None
+        How far the target is from the target in the other row.
+    separation_deviations : ndarray, shape (N, k), or None
+        Of `separations`.
+    rises : ndarray, shape (N, k), or None
+        How much higher above the plane the target is than in the other row. Spatial robots only.
+    rise_deviations : ndarray, shape (N, k), or None
+        Of `rises`.
+    offsets : ndarray, shape (N, k, 2 or 3), or None
+        How far the target is from that in the other row along each coordinate of the device's
+        frame; zero where both touch the same point.
+    offset_deviations : ndarray, shape (N, k, 2 or 3), or None
+        Of `offsets`.
     commanded : ndarray, shape (N, coordinates), or None
         Where the robot was sent, in the base's frame: no observation, but where a fit may start.
     times : ndarray, shape (N,), or None

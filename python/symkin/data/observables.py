@@ -19,17 +19,25 @@ from symkin.model.poses import PoseSpace
 from symkin.model.settings import NoiseSettings
 
 __all__ = [
+    "ATTITUDE",
     "CIRCUMSTANCES",
     "COMMANDED",
     "OBSERVABLES",
+    "PAIR",
+    "PAIR_ROW",
     "REPORTED",
+    "ROW",
+    "TURN_AXIS",
     "Circumstance",
     "Observable",
     "circumstance_columns",
+    "words_between_rows",
     "words_with",
 ]
 
 REPORTED = "reported_"
+PAIR = "pair"  # of columns of what was measured between a row and another one
+ROW = "row"  # the column of the numbers that name rows in such columns
 COMMANDED = "commanded_"  # where a fit may start, and no observation
 Stem = tuple[str, str]  # a column's name without its unit, and the SI unit
 
@@ -42,6 +50,7 @@ class Sizes(NamedTuple):
     reading_unit: str = ""
     points: int = 0
     distances: int = 0
+    pairs: int = 0
 
 
 @dataclass(frozen=True)
@@ -68,6 +77,10 @@ class Observable:
         Which of `Frames` it depends on.
     numbered : str
         Pattern of the columns that are numbered from 1, of which ``{axes}`` are the coordinates.
+    is_angle : bool
+        Whether all of it are angles, rad.
+    between_rows : bool
+        Whether it was measured between the row and another one; see `Measurements.partners`.
     """
 
     name: str
@@ -79,6 +92,8 @@ class Observable:
     stems: Callable[[Sizes], list[Stem]]
     frames: tuple[str, ...] = ()
     numbered: str = ""
+    is_angle: bool = False
+    between_rows: bool = False
 
     @property
     def is_pose(self) -> bool:
@@ -100,9 +115,9 @@ class Observable:
 
     def shape(self, of: Sizes) -> tuple[int, ...]:
         """Of the array of its values, for rows of columns; -1 for however many rows."""
-        return {3: (-1, of.points, of.space.size), 2: (-1, len(self.stems(of))), 1: (-1,)}[
-            self.dimensions
-        ]
+        count = len(self.stems(of))
+        size = of.space.size or 1
+        return {3: (-1, count // size, size), 2: (-1, count), 1: (-1,)}[self.dimensions]
 
     def numbers(self, space: PoseSpace, units: str) -> re.Pattern[str]:
         """Pattern of its numbered columns and their deviations, whose first group is the number."""
@@ -130,6 +145,8 @@ def _distance(points: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 _NUMBER = "(0|[1-9][0-9]*)"
+ATTITUDE = ("roll", "pitch", "yaw")
+TURN_AXIS = ("turn_axis_x", "turn_axis_y", "turn_axis_z")
 # fmt: off
 _ALL = (
     Observable("readings", "reading_deviations", "readings", ("readings",), 2,
@@ -152,8 +169,31 @@ _ALL = (
                lambda noise, *_: noise.position,
                lambda of: [("height", "m")] if of.space.size == 3 else [],
                ("target", "plane")),
+    Observable("attitudes", "attitude_deviations", "attitudes", ("attitude", "tilt"), 2,
+               lambda noise, *_: noise.orientation,
+               lambda of: [(name, "rad") for name in ATTITUDE] if of.space.has_quaternion else [],
+               ("base", "target"), is_angle=True),
+    Observable("turns", "turn_deviations", "turns", (), 1,
+               lambda noise, *_: noise.orientation,
+               lambda of: [("turn", "rad")] if of.space.has_quaternion else [],
+               ("base", "target"), is_angle=True),
+    Observable("separations", "separation_deviations", "separations", ("separation",), 2,
+               lambda noise, *_: noise.position,
+               lambda of: [(f"{PAIR}{pair + 1}_distance", "m") for pair in range(of.pairs)],
+               ("target",), f"{PAIR}{_NUMBER}_distance", between_rows=True),
+    Observable("rises", "rise_deviations", "rises", ("rise",), 2,
+               lambda noise, *_: noise.position,
+               lambda of: [(f"{PAIR}{pair + 1}_height", "m") for pair in range(of.pairs)]
+                          if of.space.size == 3 else [],
+               ("target", "plane"), f"{PAIR}{_NUMBER}_height", between_rows=True),
+    Observable("offsets", "offset_deviations", "offsets", ("offset",), 3,
+               lambda noise, *_: noise.position,
+               lambda of: [(f"{PAIR}{pair + 1}_{axis}", "m")
+                           for pair in range(of.pairs) for axis in of.space.position],
+               ("base", "target"), f"{PAIR}{_NUMBER}_[{{axes}}]", between_rows=True),
 )
 # fmt: on
+PAIR_ROW = re.compile(f"{PAIR}{_NUMBER}_row", re.ASCII)
 OBSERVABLES: Mapping[str, Observable] = {each.name: each for each in _ALL}
 
 
@@ -204,6 +244,11 @@ def circumstance_columns(legs: int) -> set[str]:
     """All columns of circumstances."""
     columns = (name for each in CIRCUMSTANCES.values() for name in each.columns(legs))
     return {each.column for each in CIRCUMSTANCES.values()}.union(columns)
+
+
+def words_between_rows() -> set[str]:
+    """What is observed between two rows, as the option `observe` calls it."""
+    return {word for each in _ALL if each.between_rows for word in each.words}
 
 
 def words_with(frame: str) -> set[str]:

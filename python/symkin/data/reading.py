@@ -23,6 +23,7 @@ from symkin.data.columns import (
     own_columns,
     read_circumstances,
     read_observed,
+    read_partners,
     read_pose_values,
     stated_units,
 )
@@ -226,6 +227,7 @@ def measurements_of_table(
     if others.get("commanded") is not None:
         others["commanded"] = from_drawing(mechanism, others["commanded"])
     others |= read_circumstances(table, legs)
+    others["partners"] = read_partners(table, columns, space)
     if others.get("reported") is not None:
         given = others["reported"]
         others["reported"] = from_drawing(mechanism, given)

@@ -10,7 +10,15 @@ from numpy.typing import NDArray
 
 from symkin.data.columns import observed_stems, pose_column_names, reading_column_names
 from symkin.data.measured_rows import ALL_LEGS, MeasuredRows
-from symkin.data.observables import CIRCUMSTANCES, COMMANDED, REPORTED, Sizes
+from symkin.data.observables import (
+    CIRCUMSTANCES,
+    COMMANDED,
+    PAIR,
+    REPORTED,
+    ROW,
+    TURN_AXIS,
+    Sizes,
+)
 from symkin.errors import MeasurementError
 from symkin.model.file_frames import as_drawn
 from symkin.model.mechanism import Mechanism
@@ -135,8 +143,17 @@ def observed_columns(
             reading_unit,
             0 if points is None else points.shape[1],
             0 if distances is None else distances.shape[1],
+            0 if measurements.partners is None else measurements.partners.shape[1],
         )
     )
+    if measurements.turn_axes is not None:
+        columns |= dict(zip(TURN_AXIS, measurements.turn_axes.T, strict=True))
+    if measurements.partners is not None:
+        places = measurements.partner_places
+        rows = np.where(places >= 0, places + 1.0, np.nan)
+        columns[ROW] = np.arange(1, len(places) + 1, dtype=np.float64)
+        for pair, own in enumerate(rows.T):
+            columns[f"{PAIR}{pair + 1}_row"] = np.asarray(own, dtype=np.float64)
     for name, own in stems.items():
         values = getattr(measurements, name)
         if own and values is not None:

@@ -109,7 +109,10 @@ def estimated_noise(problem: Problem, fit: _core.JointFit) -> tuple[Problem, _co
         if "position" in improved:  # what distance adds to it grows alike
             factor = improved["position"] / problem.noise.position
             improved["per_metre"] = problem.noise.per_metre * factor
-        noise = dataclasses.replace(problem.noise, **improved)
+            improved["along_per_metre"] = problem.noise.along_per_metre * factor
+            if problem.noise.along is not None:
+                improved["along"] = problem.noise.along * factor
+        noise = dataclasses.replace(problem.noise, **improved)  # type: ignore[arg-type]
         problem = dataclasses.replace(problem, noise=noise)
         fit = problem.fit(nearest=problem.options.gauge == "nominal")
         if change < _STILL:
@@ -137,7 +140,8 @@ def _improved(problem: Problem, fit: _core.JointFit) -> tuple[dict[str, float], 
     rows, taken = Rows.of(fit), problem.measurements
     positions = taken.space.size
     kinds = np.array(KINDS)[rows.kind]
-    angular = (kinds == "pose") & (rows.index >= positions)
+    angles = [each.kind for each in OBSERVABLES.values() if each.is_angle]
+    angular = (kinds == "pose") & (rows.index >= positions) | np.isin(kinds, angles)
     groups = {
         "reading": kinds == "readings",
         "orientation": angular,

@@ -104,7 +104,7 @@ def cross_validation_of(
         measurements = measurements.for_all_legs()
     taken, readings = measurements.poses, measurements.readings
     sets = measurements.leg_sets if legs else np.zeros(len(taken), dtype=np.intp)
-    fold_of = folds_of(sets, folds, None if blocks else seed)
+    fold_of = folds_of(sets, folds, None if blocks else seed)[measurements.first_of_block]
     fold_of[_rarely_observed(measurements, folds)] = -1
     residuals: Array = np.full(readings.shape, np.nan)
     differences = np.full((len(taken), mechanism.straight.dof), np.nan)

@@ -60,7 +60,7 @@ class Job:
     def is_together(self) -> bool:
         """Whether robots are identified as `identify` does, one by one."""
         noise = self.options.declared(self.nominal.noise)
-        return bool(self.asked or noise.per_metre) or self.nominal.curvature is not None
+        return bool(self.asked or noise.varies) or self.nominal.curvature is not None
 
     def columns(self, robots: int) -> dict[str, Array]:
         """Columns of robots of which nothing is known yet."""

@@ -263,6 +263,8 @@ def _needs_joint(
         return f"{' and '.join(further)} {'was' if len(further) == 1 else 'were'} given"
     if isinstance(noise, str):
         return "the noise is to be estimated"
+    if (noise or mechanism.noise).along is not None:
+        return "the noise differs along the device's direction"
     if (noise or mechanism.noise).per_metre:
         return "the noise grows with the distance from the device"
     if mechanism.frames is not None:

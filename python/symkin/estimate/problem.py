@@ -15,7 +15,7 @@ from symkin import _core
 from symkin.analysis.observability import with_combinations
 from symkin.analysis.probing import is_marked, ruler
 from symkin.data.measurements import ALL_LEGS, Measurements
-from symkin.data.observables import OBSERVABLES
+from symkin.data.observables import ATTITUDE, OBSERVABLES
 from symkin.errors import NotIdentifiableError, SymkinError
 from symkin.estimate.covariates import Covariate, observations_of, sessions_of, slopes_of
 from symkin.estimate.options import EstimateOptions, Loss
@@ -44,6 +44,7 @@ Array = NDArray[np.float64]
 OBSERVED = tuple(OBSERVABLES)
 # As those, and what an estimator that looks at each leg alone makes of a pose and a reading.
 KINDS = (*(each.kind for each in OBSERVABLES.values()), "closures")
+_ANGLES = tuple(each.kind for each in OBSERVABLES.values() if each.is_angle)
 UNSEEN = 1e-6  # of a direction of length one, in tolerances
 _STUCK = "no step lowers the cost"  # of the core's solver
 _FEW = 0.05  # of the poses: as many are looked at one by one
@@ -62,7 +63,8 @@ class Rows(Value):
     kind : ndarray of int, shape (M,)
         Index into `KINDS`.
     index : ndarray of int, shape (M,)
-        The leg, the component of the pose, the point's coordinate, the anchor; from 0.
+        The leg, the component of the pose, the point's coordinate, the anchor, the angle, the pair
+        or its coordinate; from 0.
     residual : ndarray, shape (M,)
         The estimated error, in the observation's own unit.
     t : ndarray, shape (M,)
@@ -103,7 +105,15 @@ class Rows(Value):
         if kind == "points":
             point, axis = divmod(index, len(axes))
             return f"{axes[axis]} of point {point + 1}"
-        return f"distance {index + 1}" if kind == "distances" else "height"
+        if kind == "attitudes":
+            return ATTITUDE[index]
+        if kind == "offsets":
+            pair, axis = divmod(index, len(axes))
+            return f"{axes[axis]} from the other row of pair {pair + 1}"
+        pairs = {"separations": "distance from", "rises": "height above"}
+        if kind in pairs:
+            return f"{pairs[kind]} the other row of pair {index + 1}"
+        return f"distance {index + 1}" if kind == "distances" else kind[:-1]
 
     def unit(self, row: int, pose_space: str, reading_unit: str) -> str:
         """Unit of an observation."""
@@ -113,6 +123,8 @@ class Rows(Value):
         space = POSE_SPACES[pose_space]
         if kind == "closures":
             return space.closure_unit
+        if kind in _ANGLES:
+            return "rad"
         return "rad" if kind in ("pose", "reported pose") and index >= space.size else "m"
 
 
@@ -465,6 +477,8 @@ def without_pose(measurements: Measurements, pose: int) -> Measurements:
         if values is not None:
             changes[name] = np.array(values)
             changes[name][pose] = np.nan
+            if OBSERVABLES[name].between_rows:
+                changes[name][measurements.partner_places == pose] = np.nan
     return dataclasses.replace(measurements, **changes)  # type: ignore[arg-type]
 
 

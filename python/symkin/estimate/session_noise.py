@@ -94,6 +94,12 @@ def _scaled(
     measurements: Measurements, noise: NoiseSettings, factors: NDArray[np.float64]
 ) -> Measurements:
     """With the deviations of every row times its factor."""
+    if noise.along is not None:
+        raise SymkinError(
+            "sessions with noise of their own want a noise of positions that is the same in all "
+            "directions; leave along out of the [noise], or declare the sessions' by columns of "
+            "standard deviations"
+        )
     changes = {
         OBSERVABLES[name].deviations: own * factors.reshape(-1, *[1] * (own.ndim - 1))
         for name, own in measurements.standard_deviations(noise).items()

@@ -25,6 +25,7 @@ from symkin.analysis.promises import (
 from symkin.analysis.promises import anywhere as largest_anywhere
 from symkin.analysis.reflectors import with_tracking_defaults
 from symkin.data.measurements import Measurements
+from symkin.data.observables import words_between_rows
 from symkin.errors import NotIdentifiableError, SymkinError
 from symkin.estimate.assumed import Assumed, moved_by, widened
 from symkin.estimate.covariates import Covariate, observations_of, slopes_of
@@ -173,7 +174,7 @@ class Survey(Value):
         SymkinError
             For options that `identify` refuses, and for what nobody can know beforehand.
         """
-        observe = Observed.of(mechanism, observe or ("pose" if mechanism.noise.per_metre else None))
+        observe = Observed.of(mechanism, observe or ("pose" if mechanism.noise.varies else None))
         given = {name: unknowns.get(name) for name in Unknowns.__annotations__}
         further = sorted(unknowns.keys() - given.keys())
         if further:
@@ -187,6 +188,13 @@ class Survey(Value):
         readings = mechanism.inverse_kinematics(poses)
         drawn = mechanism.frames or Frames()
         observed, mechanism = placed(mechanism, "pose" if observe is None else observe)
+        between = sorted(words_between_rows().intersection(observed.kinds))
+        if between:
+            raise SymkinError(
+                f"{' and '.join(between)} {'is' if len(between) == 1 else 'are'} observed between "
+                "two rows, which plans cannot choose one by one; plan for what is observed of each "
+                "pose, measure the pairs that it gives, and identify says what they showed"
+            )
         if observed.kinds == ("height",):
             wanted = with_probing_defaults(wanted)
         floats = mechanism.device is not None and bool(

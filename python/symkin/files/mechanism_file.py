@@ -593,7 +593,7 @@ def typed_name(mechanism: Mechanism) -> str:
     if device is not None and device != drawn.device:
         typed += f" --device-kind {shlex.quote(device.kind)}"
         drawn = drawn.with_device(device)
-    for kind, value in vars(mechanism.noise).items():
+    for kind, value in mechanism.noise.deviations.items():
         if value != getattr(drawn.noise, kind):
             typed += f" --noise {kind}={value:g}"
     return typed

@@ -28,6 +28,7 @@ from symkin.model.chains import PLATFORMS, ChainInfo, chain_info, chains
 from symkin.model.file_frames import point_parameters
 from symkin.model.poses import POSE_SPACES
 from symkin.model.settings import (
+    DIRECTIONS,
     JointLimits,
     MeasurementColumns,
     NoiseSettings,
@@ -324,6 +325,11 @@ def mechanism_table(
             "orientation": quantity("rad", "not negative"),
             "reading": quantity(unit, "not negative", "in the sensor's unit"),
             "per_metre": quantity("1", "not negative", "m of position for each m from the device"),
+            "along": quantity("m", "not negative", "of a position along the direction"),
+            "along_per_metre": quantity(
+                "1", "not negative", "m along it for each m from the device"
+            ),
+            "direction": choice(*DIRECTIONS),
         },
         settings=NoiseSettings,
     )

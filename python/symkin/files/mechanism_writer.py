@@ -29,7 +29,7 @@ from symkin.model.file_frames import (
 from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.model.mechanism import Leg, Mechanism
 from symkin.model.sensor_table import SensorTable
-from symkin.model.settings import DeclaredSymmetry, Frames, MeasurementColumns
+from symkin.model.settings import DeclaredSymmetry, Frames, MeasurementColumns, NoiseSettings
 from symkin.model.symmetry import generate_legs, generate_orbits, verify_declared
 from symkin.options import checks
 from symkin.storage.output_files import OutputFiles
@@ -292,7 +292,7 @@ def _settings(mechanism: Mechanism) -> dict[str, tuple[_Values, Mapping[str, str
         ),
         "device": (_device(mechanism.device), {"kind": "symkin list --devices", "distance": "m"}),
         "noise": (
-            {k: v for k, v in asdict(mechanism.noise).items() if v or k != "per_metre"},
+            _noise(mechanism.noise),
             {"position": "m, standard deviation", "orientation": "rad", "reading": unit},
         ),
         "tolerances": (
@@ -316,6 +316,12 @@ def _settings(mechanism: Mechanism) -> dict[str, tuple[_Values, Mapping[str, str
         "identification": ({k: v for k, v in unknown.items() if v is not None}, {}),
         "assumed": (dict(assumed or {}), {}),
     }
+
+
+def _noise(noise: NoiseSettings) -> dict[str, Any]:
+    """What is said of it beside what is usual."""
+    usual = {"per_metre": 0.0, "along": None, "along_per_metre": 0.0, "direction": "beam"}
+    return {k: v for k, v in asdict(noise).items() if k not in usual or v != usual[k]}
 
 
 def _device(device: Device | None) -> _Values:

@@ -80,6 +80,7 @@ def setup_with(
         np.array(setup.leg_slopes),
         setup.base_covariates,
         np.array(setup.base_slopes if base_slopes is None else base_slopes),
+        np.array(setup.zeros),
     )
 
 
@@ -109,7 +110,9 @@ def scalar_values(setup: _core.Setup) -> Array:
     legs = np.hstack([setup.parameters, setup.curvature])
     frames = [_of_core(each).tangent for each in (setup.base, setup.target)]
     parts = [legs.ravel(), *frames, setup.points.ravel(), setup.anchors.ravel(), setup.plane]
-    return np.concatenate([*parts, setup.leg_slopes.ravel(), setup.base_slopes.ravel()])
+    return np.concatenate(
+        [*parts, setup.zeros, setup.leg_slopes.ravel(), setup.base_slopes.ravel()]
+    )
 
 
 def _of_core(found: _core.Frame) -> Transform:

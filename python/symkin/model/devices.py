@@ -197,6 +197,6 @@ def equipped(
         identification = dataclasses.replace(unknown, frames=own)
     return {
         "device": device,
-        "noise": NoiseSettings(**{**usual, **noise}),
+        "noise": NoiseSettings(**{**usual, **noise}),  # type: ignore[arg-type]
         "identification": identification,
     }

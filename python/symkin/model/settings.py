@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from symkin.errors import SymkinError
 
 __all__ = [
+    "DIRECTIONS",
     "DeclaredSymmetry",
     "DrawnPoints",
     "Frames",
@@ -26,6 +27,7 @@ __all__ = [
     "WorkspaceSettings",
 ]
 
+DIRECTIONS = ("beam", "x", "y", "z")  # along which the noise of positions may differ
 # What is unknown if nobody says so; every other name has nothing.
 _USUAL = {"sensor": "linear", "gauge": "prior", "loss_per": "pose"}
 
@@ -120,12 +122,47 @@ class NoiseSettings:
         Of a sensor reading, in the unit of the sensor (rad or m).
     per_metre : float
         What each metre from the measuring device to what it sees adds to `position`, m/m.
+    along : float or None
+        Of a position along `direction`, m, where an instrument sees that better or worse than
+        across it, which `position` and `per_metre` are then; None: it is the same.
+    along_per_metre : float
+        What each metre adds to `along`, m/m.
+    direction : {"beam", "x", "y", "z"}
+        From the origin of the device's frame to what it sees, as of a laser tracker; or an axis of
+        that frame, as of a camera that looks along it.
     """
 
     position: float = 1e-4
     orientation: float = 1e-4
     reading: float = 0.0
     per_metre: float = 0.0
+    along: float | None = None
+    along_per_metre: float = 0.0
+    direction: str = "beam"
+
+    def __post_init__(self) -> None:
+        """Refuse a direction that is none."""
+        if self.direction not in DIRECTIONS:
+            raise SymkinError(
+                f'the direction of the noise is "{self.direction}"; expected one of '
+                f"{', '.join(DIRECTIONS)}"
+            )
+
+    @property
+    def varies(self) -> bool:
+        """Whether positions are not all seen alike in all directions."""
+        return self.per_metre > 0 or self.along is not None
+
+    @property
+    def deviations(self) -> dict[str, float]:
+        """All that grow and shrink with it, by name."""
+        return {name: value for name, value in vars(self).items() if isinstance(value, int | float)}
+
+    def along_at(self, distances: ArrayLike) -> NDArray[np.float64]:
+        """Standard deviation along `direction` so far from the device, m."""
+        if self.along is None:
+            return self.at(distances)
+        return np.asarray(self.along + self.along_per_metre * np.nan_to_num(distances))
 
     def at(self, distances: ArrayLike) -> NDArray[np.float64]:
         """Standard deviation of a position so far from the device, m; NaN as if beside it."""

@@ -37,7 +37,19 @@ Loss = Literal["none", "robust", "huber", "cauchy", "tukey"]
 LossPer = Literal["pose", "reading"]
 Moving = Literal["leg", "frame"]
 Observable = Literal[
-    "pose", "position", "orientation", "points", "distance", "height", "reported", "readings"
+    "pose",
+    "position",
+    "orientation",
+    "points",
+    "distance",
+    "height",
+    "attitude",
+    "tilt",
+    "separation",
+    "rise",
+    "offset",
+    "reported",
+    "readings",
 ]
 Platform = Literal["rigid", "point", "translating", "spherical"]
 PoseUse = Literal["all", "own"]

@@ -437,13 +437,21 @@ def _remedies(
             f"half the noise of the {what}",
             mechanism.replace(
                 noise=dataclasses.replace(
-                    noise, **{each: getattr(noise, each) / 2 for each in names}
+                    noise,
+                    **{
+                        each: value / 2
+                        for each in names
+                        if (value := getattr(noise, each)) is not None
+                    },
                 )
             ),
             {},
         )
         for (name, *names), what in (
-            (("position", "position", "per_metre"), "measured positions"),
+            (
+                ("position", "position", "per_metre", "along", "along_per_metre"),
+                "measured positions",
+            ),
             (("orientation", "orientation"), "measured orientations"),
             (("reading", "reading"), "sensor readings"),
         )

@@ -16,6 +16,7 @@ from symkin import _core
 from symkin.analysis.homes import with_usable_home
 from symkin.analysis.observed import NO_NOISE, Observable, Observed
 from symkin.data.measurements import Measurements
+from symkin.data.observables import words_between_rows
 from symkin.data.reading import write_measurements
 from symkin.estimate.changes import changed_observations, changed_poses
 from symkin.estimate.survey import FIRST_ROW
@@ -187,7 +188,7 @@ def simulate_observed(
     actual = disturb(mechanism, seed) if actual is None else actual
     require_same_shape(actual, mechanism)
     sets = [_core.PoseSet(leg, plan.poses[rows], wanted) for leg, rows, wanted in _sets(plan)]
-    as_usual = observed == _FULL_POSES and not changes and not mechanism.noise.per_metre
+    as_usual = observed == _FULL_POSES and not changes and not mechanism.noise.varies
     noise = mechanism.noise if as_usual else NO_NOISE
     result = _core.simulate(actual.core, mechanism.core, sets, noise_of(noise), seed)
     taken = result.measurements
@@ -212,11 +213,13 @@ def simulate_observed(
         measurements = observed.measure(measurements, mechanism.noise, seed, what.noise)
         measurements = changed_observations(measurements, observed.base or (), what)
     else:
+        if words_between_rows().intersection(observed.kinds):  # as the table has the rows
+            measurements, order = measurements.subset(order), np.arange(len(order))
         if not as_usual:
             measurements = observed.measure(measurements, mechanism.noise, seed)
         measurements = measurements.subset(order)
     numbers = np.arange(len(order)) + FIRST_ROW
-    measurements = replace(measurements, row_numbers=numbers)
+    measurements = measurements.numbered(numbers)
     return Simulation(measurements, actual, tuple(result.replaced), mechanism, plan)
 
 

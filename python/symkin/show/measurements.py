@@ -21,6 +21,15 @@ from symkin.show.wording import NONE, count, decimals_of, fixed, milli, plural, 
 
 _NAMES = ("x", "y", "z", "rx", "ry", "rz")
 
+# Of which each number counts by itself.
+_SINGLE = (
+    "Distances",
+    "Heights",
+    "Turns",
+    "Distances between rows",
+    "Differences of height",
+)
+
 
 def measurements_page(taken: Measurements) -> Page:
     """Count poses and readings, and show where the poses lie."""
@@ -43,10 +52,15 @@ def measurements_page(taken: Measurements) -> Page:
         ("Target points", taken.points),
         ("Distances", taken.distances),
         ("Heights", taken.heights),
+        ("Attitudes", taken.attitudes),
+        ("Turns", taken.turns),
+        ("Distances between rows", taken.separations),
+        ("Differences of height", taken.rises),
+        ("Offsets between rows", taken.offsets),
         ("Reported poses", taken.reported),
     ):
         if values is not None:
-            size = 1 if name in ("Distances", "Heights") else values.shape[-1]
+            size = 1 if name in _SINGLE else values.shape[-1]
             seen = np.isfinite(values.reshape(-1, size)).any(axis=1)
             headlines.append((name, count(int(seen.sum())), ""))
     return Page(

@@ -303,6 +303,12 @@ def _noise(mechanism: Mechanism) -> list[Sequence[str]]:
     if noise.per_metre:
         more = given(noise.per_metre, "m")
         rows.append(("position, more for each metre from the device", more))
+    if noise.along is not None:
+        way = "the beam" if noise.direction == "beam" else f"the device's {noise.direction}"
+        rows.append((f"position along {way}", given(noise.along, "m")))
+    if noise.along_per_metre:
+        more = given(noise.along_per_metre, "m")
+        rows.append(("the same, more for each metre from the device", more))
     reading = given(noise.reading, mechanism.reading_unit) if noise.reading else "none"
     device = mechanism.device
     by = [] if device is None else [("measured by", device.kind)]

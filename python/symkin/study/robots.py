@@ -63,10 +63,11 @@ def scaled(mechanism: Mechanism, noise: float, tolerance: float) -> Mechanism:
     """The mechanism with multiples of its noise and of its tolerances."""
     if noise == tolerance == 1:
         return mechanism
-    sigmas = {name: noise * value for name, value in vars(mechanism.noise).items()}
+    sigmas = {name: noise * value for name, value in mechanism.noise.deviations.items()}
     limits = {name: tolerance * value for name, value in vars(mechanism.tolerances).items()}
     return mechanism.replace(
-        noise=dataclasses.replace(mechanism.noise, **sigmas), tolerances=Tolerances(**limits)
+        noise=dataclasses.replace(mechanism.noise, **sigmas),  # type: ignore[arg-type]
+        tolerances=Tolerances(**limits),
     )
 
 

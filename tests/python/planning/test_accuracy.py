@@ -1,8 +1,6 @@
 # SPDX-License-Identifier: MIT
 """How many poses a wanted accuracy needs."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 
@@ -68,7 +66,7 @@ def test_an_accuracy_out_of_reach_says_what_else_would_help(paper, sample, curve
     assert errors[-1] < needed.expected.position_bound
     assert needed.remedies[0].change == "half the noise of the measured positions"
     # The noise that the answer asks for is just enough.
-    noise = dataclasses.asdict(paper.noise)
+    noise = paper.noise.deviations
     quiet = {name: value / needed.excess for name, value in noise.items()}
     quieter = paper.replace(noise=NoiseSettings(**quiet))
     promised = expected_of(quieter, sample, needed.tried)

@@ -147,6 +147,30 @@ Vec3<T> rotation_vector(const Mat3<T>& r) {
   return {factor * axis[0], factor * axis[1], factor * axis[2]};
 }
 
+// The angle of (cosine, sine) less `measured`, by the shorter way round, a lane at a time.
+inline constexpr double kFullTurn = 6.283185307179586;
+template <typename T, typename S = typename T::Scalar>
+T turned_beyond(const T& sine, const T& cosine, const S& measured, double turn = kFullTurn) {
+  constexpr int kCount = Lanes<S>::kCount;
+  Index lanes[kCount];
+  double angles[kCount], cosines[kCount], from[kCount];
+  for (int lane = 0; lane < kCount; ++lane) {
+    lanes[lane] = lane;
+  }
+  Lanes<S>::scatter(sine.a, angles, lanes);
+  Lanes<S>::scatter(cosine.a, cosines, lanes);
+  Lanes<S>::scatter(measured, from, lanes);
+  for (int lane = 0; lane < kCount; ++lane) {
+    angles[lane] = std::remainder(std::atan2(angles[lane], cosines[lane]) - from[lane], turn);
+  }
+  T beyond(Lanes<S>::gather(angles, lanes));
+  const S square = sine.a * sine.a + cosine.a * cosine.a;
+  for (int i = 0; i < T::DIMENSION; ++i) {
+    beyond.v[i] = (cosine.a * sine.v[i] - sine.a * cosine.v[i]) / square;
+  }
+  return beyond;
+}
+
 // b + R_B (r + R p), a point p of the platform in the device's frame.
 template <typename T>
 Vec3<T> seen(const Scene<T>& scene, const Vec3<T>& point) {
@@ -225,6 +249,59 @@ struct Height {  // own: the plane, c0, c1, c2
     const Vec3<T> target = scene.position + scene.rotation * scene.target_position;
     const T above = target[2] - own[0] - own[1] * target[0] - own[2] * target[1];
     return {above / sqrt(1.0 + own[1] * own[1] + own[2] * own[2]) - measured[0]};
+  }
+};
+
+// Roll, pitch and yaw of the target in the device's frame, M = Rz(yaw) Ry(pitch) Rx(roll), each a
+// row of its own, as an attitude sensor shows them away from pitches of a quarter turn: roll and
+// pitch do not depend on the yaw, which may be missing.
+struct Attitude {
+  static constexpr int kRows = 3, kValues = 3;
+  static constexpr bool kOwn = false;
+  template <typename T>
+  static Vec3<T> misfit(const Scene<T>& scene, const Vec3<T>& /*own*/,
+                        const typename T::Scalar* measured) {
+    const Mat3<T> m = scene.base_rotation * (scene.rotation * scene.target_rotation);
+    return {turned_beyond(m[2][1], m[2][2], measured[0]),
+            turned_beyond(-m[2][0], sqrt(m[2][1] * m[2][1] + m[2][2] * m[2][2]), measured[1]),
+            turned_beyond(m[1][0], m[0][0], measured[2])};
+  }
+};
+
+// The angle about a known axis a of the device's frame that is in M, the swing to it left out:
+// 2 atan2(2 a.v, 1 + trace M), v = vee((M - M')/2). Measured are the angle and the axis.
+struct Turn {
+  static constexpr int kRows = 1, kValues = 4;
+  static constexpr bool kOwn = false;
+  template <typename T>
+  static std::array<T, 1> misfit(const Scene<T>& scene, const Vec3<T>& /*own*/,
+                                 const typename T::Scalar* measured) {
+    const Mat3<T> m = scene.base_rotation * (scene.rotation * scene.target_rotation);
+    const Vec3<T> twice{m[2][1] - m[1][2], m[0][2] - m[2][0], m[1][0] - m[0][1]};
+    const T along = dot(twice, Vec3<typename T::Scalar>{measured[1], measured[2], measured[3]});
+    const T half =
+        turned_beyond(along, 1.0 + m[0][0] + m[1][1] + m[2][2], 0.5 * measured[0], 0.5 * kFullTurn);
+    return {2.0 * half};
+  }
+};
+
+// What of three components is along the axes in which their errors are independent: behind the
+// measured ones these, by rows.
+template <typename Of>
+struct Along {
+  static constexpr int kRows = 3, kValues = 12;
+  static constexpr bool kOwn = Of::kOwn;
+  template <typename T>
+  static Vec3<T> misfit(const Scene<T>& scene, const Vec3<T>& own,
+                        const typename T::Scalar* measured) {
+    using S = typename T::Scalar;
+    const Vec3<T> off = Of::misfit(scene, own, measured);
+    Vec3<T> along;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const S* const axis = measured + 3 + 3 * i;
+      along[i] = dot(off, Vec3<S>{axis[0], axis[1], axis[2]});
+    }
+    return along;
   }
 };
 

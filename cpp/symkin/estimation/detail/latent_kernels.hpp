@@ -19,7 +19,11 @@ struct LatentRows {
     reported_orientation,
     point,
     distance,
-    height
+    height,
+    attitude,
+    turn,
+    position_along,
+    point_along
   };
   // One observation, the same of all poses.
   struct Observation {
@@ -27,6 +31,7 @@ struct LatentRows {
     Index values;   // where its measured ones begin
     Index own;      // of its own three scalars the first, among `scalars`
     Index rows[3];  // of its components, -1: nowhere measured
+    Index zero;     // the scalar by which less is shown than is true, -1: none
   };
   // Where things stand in the room of a pack of poses.
   struct Places {

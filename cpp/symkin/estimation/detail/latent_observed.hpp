@@ -81,6 +81,14 @@ class ObservedLanes {
         return one<factors::Distance>(in, pack, at, placed, observation);
       case LatentRows::Kind::height:
         return one<factors::Height>(in, pack, at, placed, observation);
+      case LatentRows::Kind::attitude:
+        return one<factors::Attitude>(in, pack, at, turned, observation);
+      case LatentRows::Kind::turn:
+        return one<factors::Turn>(in, pack, at, turned, observation);
+      case LatentRows::Kind::position_along:
+        return one<factors::Along<factors::MeasuredPosition>>(in, pack, at, placed, observation);
+      case LatentRows::Kind::point_along:
+        return one<factors::Along<factors::TargetPoint>>(in, pack, at, placed, observation);
     }
   }
 
@@ -120,6 +128,9 @@ class ObservedLanes {
     T measured[Factor::kValues];
     for (Index i = 0; i < Factor::kValues; ++i) {
       measured[i] = at.read(in.values + observation.values + i, in.value_count);
+    }
+    if (observation.zero >= 0) {
+      measured[0] = measured[0] + T(in.scalars[observation.zero]);
     }
     factors::Vec3<D> own{};
     if (Factor::kOwn) {
@@ -164,6 +175,9 @@ class ObservedLanes {
             c.set(first + slope, where_taken(covariate * by_frame(in, at, misfit, i, kOfSlope)));
           }
         }
+      }
+      if (observation.zero >= 0 && in.shared_of[12 + observation.zero] >= 0) {
+        c.set(first + in.shared_of[12 + observation.zero], where_taken(T(-1.0)));
       }
       for (int i = 0; Factor::kOwn && N > factors::kOwn && i < 3; ++i) {
         const Index shared = in.shared_of[12 + observation.own + i];

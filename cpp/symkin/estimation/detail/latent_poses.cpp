@@ -292,9 +292,10 @@ void LatentPoses::eliminate(const Setup& setup, const RowMatrix& poses, const Ro
   }
   target_.resize(12);
   write_frame(setup.target, target_.data());
-  scalars_.resize(setup.points.size() + setup.anchors.size() + 3);
+  scalars_.resize(setup.points.size() + setup.anchors.size() + 3 + setup.zeros.size());
   scalars_ << Eigen::Map<const Vector>(setup.points.data(), setup.points.size()),
-      Eigen::Map<const Vector>(setup.anchors.data(), setup.anchors.size()), setup.plane;
+      Eigen::Map<const Vector>(setup.anchors.data(), setup.anchors.size()), setup.plane,
+      setup.zeros;
   latent_kernels().eliminate(kernel_rows(errors.data()));
 }
 
@@ -360,6 +361,7 @@ LinearPose LatentPoses::rows(Index pose) const {
     }
     const auto row = static_cast<Index>(linear.origins.size());
     RowOrigin origin = plan_.origins[at_index(i)];
+    origin.pose = pose;
     const bool closure = i < bound;
     if (closure) {
       const Index closures = mechanism_.closures();

@@ -19,6 +19,7 @@ LatentProblem::LatentProblem(const Mechanism& mechanism, const Observations& obs
       observations_(observations),
       layout_(layout),
       aside_(std::move(aside)),
+      blocks_(observations, aside_),
       constraints_(0, layout.columns()),
       now_{LatentPoses(mechanism, observations, layout, setup), {}, {}, {}, {}, {}, 0, {}},
       length_(longest_length(mechanism, setup)),
@@ -40,6 +41,7 @@ void LatentProblem::take_in(Index pose, const double* start) {
   aside_[static_cast<std::size_t>(pose)] = false;
   state_.poses.row(pose) = Eigen::Map<const Eigen::RowVectorXd>(start, state_.poses.cols());
   state_.errors.row(pose).setZero();
+  blocks_ = PoseBlocks(observations_, aside_);
 }
 
 bool LatentProblem::starts_near() const {
@@ -47,7 +49,10 @@ bool LatentProblem::starts_near() const {
 }
 
 LinearPose LatentProblem::general(Index pose) const {
-  LinearPose linear = now_.rows.rows(pose);
+  LinearPose linear = blocks_.alone(pose)
+                          ? now_.rows.rows(pose)
+                          : block_rows(mechanism_, observations_, layout_, state_.setup,
+                                       state_.poses, now_.rows, blocks_.of(pose));
   // A trial step may lead where there is nothing to eliminate, as to a target turned by half a
   // turn.
   if (!linear.misfit.allFinite() || !linear.by_pose.allFinite()) {
@@ -64,7 +69,7 @@ LinearPose LatentProblem::general(Index pose) const {
 
 LinearPose LatentProblem::linear(Index pose) const {
   const auto at = static_cast<std::size_t>(pose);
-  if (aside_[at]) {
+  if (aside_[at] || blocks_.first(pose) != pose) {
     LinearPose none;
     none.jacobian.resize(0, layout_.columns());
     return none;
@@ -111,10 +116,10 @@ bool LatentProblem::linearise(NormalEquations& equations) {
   Vector in_lanes = Vector::Zero(n);  // weights of those that were eliminated together
   for (Index i = 0; i < n; ++i) {
     const auto at = static_cast<std::size_t>(i);
-    if (aside_[at]) {
+    if (aside_[at] || blocks_.first(i) != i) {
       continue;
     }
-    if (now_.rows.eliminated(i)) {
+    if (blocks_.alone(i) && now_.rows.eliminated(i)) {
       now_.counts[at] = now_.rows.count(i);
       now_.chi_squares[i] = now_.rows.chi_square(i);
       in_lanes[i] = 1;
@@ -180,7 +185,7 @@ void LatentProblem::step(const Vector& d) {
   Vector tangent(mechanism_.dof());
   for (Index i = 0; i < observations_.count(); ++i) {
     const auto at = static_cast<std::size_t>(i);
-    if (aside_[at]) {
+    if (aside_[at] || blocks_.first(i) != i) {
       continue;
     }
     if (now_.general[at]) {
@@ -191,22 +196,28 @@ void LatentProblem::step(const Vector& d) {
       for (std::size_t row = 0; row < linear.origins.size(); ++row) {
         const RowOrigin& origin = linear.origins[row];
         if (origin.kind == RowOrigin::Kind::closure && origin.by_error != 0) {
-          state_.errors(i, origin.index) = errors[static_cast<Index>(row)] / origin.by_error;
+          state_.errors(origin.pose, origin.index) =
+              errors[static_cast<Index>(row)] / origin.by_error;
         }
       }
     } else {
       tangent = tangents_.row(i);
       state_.errors.row(i) = errors_.row(i);
     }
-    const double size = extent_of_pose(tangent);
-    if (size > kLargest) {
-      tangent *= kLargest / size;
+    const Index dof = mechanism_.dof();
+    for (Index k = 0; k < tangent.size() / dof; ++k) {
+      const Index pose = tangent.size() == dof ? i : blocks_.of(i)[static_cast<std::size_t>(k)];
+      Vector own = tangent.segment(k * dof, dof);
+      const double size = extent_of_pose(own);
+      if (size > kLargest) {
+        own *= kLargest / size;
+      }
+      // A pose that says nothing of the parameters may wander about a double root.
+      if (now_.counts[at] > 0) {
+        largest_move_ = std::max(largest_move_, size);
+      }
+      move_pose(mechanism_.pose_space(), own.data(), state_.poses.row(pose).data());
     }
-    // A pose that says nothing of the parameters may wander about a double root.
-    if (now_.counts[at] > 0) {
-      largest_move_ = std::max(largest_move_, size);
-    }
-    move_pose(mechanism_.pose_space(), tangent.data(), state_.poses.row(i).data());
   }
   state_.setup = moved(state_.setup, layout_, d);
   state_.change += d;

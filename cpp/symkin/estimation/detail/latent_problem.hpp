@@ -7,6 +7,7 @@
 #include "symkin/estimation/detail/latent_poses.hpp"
 #include "symkin/estimation/detail/levenberg_marquardt.hpp"
 #include "symkin/estimation/detail/linear_fit.hpp"
+#include "symkin/estimation/detail/pair_rows.hpp"
 #include "symkin/estimation/observations.hpp"
 #include "symkin/estimation/robust_loss.hpp"
 #include "symkin/estimation/unknowns.hpp"
@@ -50,20 +51,23 @@ class LatentProblem {
   // Of the last linearisation: J'WJ with the priors, without the constraints.
   const RowMatrix& information() const { return now_.information; }
   // Of the last linearisation, of each pose: the number of its conditions, their sum of squares
-  // and the weight of the loss; 0, 0 and 1 where it was set aside.
+  // and the weight of the loss; 0, 0 and 1 where it was set aside. Those of a block of poses stand
+  // at its first.
   const std::vector<Index>& counts() const { return now_.counts; }
   const Vector& chi_squares() const { return now_.chi_squares; }
   const Vector& weights() const { return now_.weights; }
   double prior_squares() const { return now_.prior_squares; }
   // All conditions, a block a pose that has any, and behind them finite priors and the constraints.
   WhitenedSystem system() const;
-  // Its linearised rows, empty where it was set aside.
+  // Its linearised rows, of the first of a block those of all; empty where it was set aside or
+  // another stands for it.
   LinearPose linear(Index pose) const;
   // The same with the conditions as they were eliminated: of a row that was not taken there may be
   // one that says nothing.
   LinearPose as_eliminated(Index pose) const {
     const auto at = static_cast<std::size_t>(pose);
-    return aside_[at] || now_.general[at] ? linear(pose) : now_.rows.conditions(pose);
+    const bool own = !aside_[at] && !now_.general[at] && blocks_.alone(pose);
+    return own ? now_.rows.conditions(pose) : linear(pose);
   }
 
  private:
@@ -97,6 +101,7 @@ class LatentProblem {
   const Layout& layout_;
   BlockLosses losses_{RobustLoss{}};
   std::vector<bool> aside_;
+  PoseBlocks blocks_;
   RowMatrix constraints_;
   State state_, saved_;
   Linearisation now_;

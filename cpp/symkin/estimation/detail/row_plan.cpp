@@ -2,6 +2,7 @@
 #include "symkin/estimation/detail/row_plan.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <numeric>
 
@@ -21,8 +22,8 @@ class Planner {
   // Rows of `observed`, columns from `first` on, that are those components of an observation with
   // the values from there on.
   void add(RowOrigin::Kind kind, Kind how, const Observed& observed, Index first,
-           const std::vector<Index>& components, Index place, Index own) {
-    LatentRows::Observation observation{how, place, own, {-1, -1, -1}};
+           const std::vector<Index>& components, Index place, Index own, Index zero = -1) {
+    LatentRows::Observation observation{how, place, own, {-1, -1, -1}, zero};
     for (std::size_t k = 0; k < components.size(); ++k) {
       const Index column = first + static_cast<Index>(k);
       if (add_row({kind, column, 0}, observed.values.col(column),
@@ -35,13 +36,33 @@ class Planner {
     }
   }
 
-  // The same of all coordinates of a point, or of one number.
+  // The same of all coordinates of a point, of angles, or of one number.
   void add_vector(RowOrigin::Kind kind, Kind how, const Observed& observed, Index first,
-                  const std::vector<Index>& components, Index own) {
-    const Index place = room(how == Kind::point ? 3 : 1);
+                  const std::vector<Index>& components, Index own, Index zero = -1) {
+    const Index place = room(how == Kind::point || how == Kind::attitude ? 3 : 1);
     const auto size = static_cast<Index>(components.size());
     values.middleCols(place, size) = observed.values.middleCols(first, size);
-    add(kind, how, observed, first, components, place, own);
+    add(kind, how, observed, first, components, place, own, zero);
+  }
+
+  // Of the coordinates of a point, or of the position of a pose, along axes of their own.
+  void add_along(RowOrigin::Kind kind, Kind how, const Observed& observed, Index first, Index axes,
+                 Index own) {
+    const Index place = room(12);
+    const auto size = static_cast<Index>(axes_.size());
+    values.middleCols(place, size) =
+        observed.values.middleCols(first, size).unaryExpr([](double value) {
+          return std::isfinite(value) ? value : 0;
+        });
+    values.middleCols(place + 3, 9) = observed.axes.middleCols(axes, 9);
+    add(kind, how, observed, first, axes_, place, own);
+  }
+
+  void add_turns(const Observations& observations) {
+    const Index place = room(4);
+    values.col(place) = observations.turns.values;
+    values.middleCols(place + 1, 3) = observations.turn_axes;
+    add(RowOrigin::Kind::turn, Kind::turn, observations.turns, 0, {0}, place, 0);
   }
 
   void add_pose(RowOrigin::Kind kind, bool reported, const Observed& observed) {
@@ -73,7 +94,12 @@ class Planner {
         angles.push_back(slot - 3);
       }
     }
-    add(kind, reported ? Kind::reported_position : Kind::position, tangent, 0, axes_, place, 0);
+    if (observed.axes.cols() > 0) {
+      tangent.axes = observed.axes;
+      add_along(kind, Kind::position_along, tangent, 0, 0, 0);
+    } else {
+      add(kind, reported ? Kind::reported_position : Kind::position, tangent, 0, axes_, place, 0);
+    }
     add(kind, reported ? Kind::reported_orientation : Kind::orientation, tangent, dimensions,
         angles, place + 3, 0);
   }
@@ -140,16 +166,29 @@ RowPlan planned_rows(const Mechanism& mechanism, const Observations& observation
   const Index dimensions = position_size(mechanism.pose_space());
   const Index scalars = list.point(0);
   for (Index i = 0; observations.points.any() && i < setup.points.rows(); ++i) {
+    if (observations.points.axes.cols() > 0) {
+      planner.add_along(RowOrigin::Kind::point, Kind::point_along, observations.points,
+                        i * dimensions, 9 * i, list.point(i) - scalars);
+      continue;
+    }
     planner.add_vector(RowOrigin::Kind::point, Kind::point, observations.points, i * dimensions,
                        planner.axes(), list.point(i) - scalars);
   }
   for (Index i = 0; observations.distances.any() && i < setup.anchors.rows(); ++i) {
     planner.add_vector(RowOrigin::Kind::distance, Kind::distance, observations.distances, i, {0},
-                       list.anchor(i) - scalars);
+                       list.anchor(i) - scalars,
+                       i < setup.zeros.size() ? list.zero(i) - scalars : -1);
   }
   if (observations.heights.any()) {
     planner.add_vector(RowOrigin::Kind::height, Kind::height, observations.heights, 0, {0},
                        list.plane() - scalars);
+  }
+  if (observations.attitudes.any()) {
+    planner.add_vector(RowOrigin::Kind::attitude, Kind::attitude, observations.attitudes, 0,
+                       {0, 1, 2}, 0);
+  }
+  if (observations.turns.any()) {
+    planner.add_turns(observations);
   }
   // A pose that was measured in full everywhere comes first.
   const Index dof = mechanism.dof();

@@ -10,10 +10,25 @@ namespace symkin {
 
 // What one row of a latent pose is of.
 struct RowOrigin {
-  enum class Kind { closure, pose, reported, point, distance, height };
+  enum class Kind {
+    closure,
+    pose,
+    reported,
+    point,
+    distance,
+    height,
+    attitude,
+    turn,
+    separation,
+    rise,
+    offset
+  };
   Kind kind;
-  Index index;      // the leg, the component of the tangent, the point's coordinate, the anchor
+  // The leg, the component of the tangent, the point's coordinate, the anchor, the angle; between
+  // poses the pair's number, or its coordinate.
+  Index index;
   double by_error;  // of a closure: dh/dpsi, its deviation per deviation of the reading
+  Index pose = -1;  // once it is a pose's
 };
 
 // The rows that poses have, those that were taken anywhere: the legs' closures, and behind them the

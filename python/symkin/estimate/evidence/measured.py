@@ -184,10 +184,10 @@ def copied_rows(found: Found) -> NDArray[np.intp]:
     for name, each in OBSERVABLES.items():
         values = getattr(measured, name)
         # A controller reports where it was told to be, as often as it was told.
-        if values is None or name in ("readings", "reported"):
+        if values is None or name in ("readings", "reported") or each.between_rows:
             continue
         values = values.reshape(len(values), -1)
-        scale = np.full(values.shape[1], noise.position)
+        scale = np.full(values.shape[1], noise.orientation if each.is_angle else noise.position)
         if each.is_pose:
             scale[space.size :] = noise.orientation
         columns.append(values[:, scale > 0] / scale[scale > 0])

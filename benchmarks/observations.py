@@ -1,0 +1,181 @@
+# SPDX-License-Identifier: MIT
+"""Whether intervals and chi-square hold for rows in pairs, planes, bars and attitudes.
+
+    python benchmarks/observations.py [ROBOTS] [CASE ...]
+
+Every robot differs from a shipped one by its tolerances, which are priors; what is observed has the
+noise that is declared. Prints for each case, by default all of them and 300 robots: how many were
+identified, the mean of chi-square and its standard error beside the degrees of freedom, how many of
+the parameters the 95% intervals of the declared noise hold, and the parameters' errors over their
+deviations, root mean square. Unknown frames count among the parameters, but not those of which
+drawing and priors say nothing.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import sys
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+
+import symkin
+from symkin.analysis.observed import Observed
+from symkin.model.settings import Frames
+from symkin.planning.simulation import disturb
+
+WITHIN = 1.959964
+
+Case = tuple[symkin.Mechanism, Observed, int, dict[str, Any]]
+
+
+def linear_delta() -> symkin.Mechanism:
+    """A printer with upright towers, made within 0.3 mm and 2 mrad."""
+    nominal = symkin.load_mechanism("linear_delta")
+    made = dataclasses.replace(nominal.tolerances, length=3e-4, angle=2e-3, gain=1e-9)
+    noise = dataclasses.replace(nominal.noise, position=3e-5, reading=2e-5)
+    return nominal.replace(tolerances=made, noise=noise)
+
+
+def planar() -> symkin.Mechanism:
+    """The 3-RRR, made within 0.2 mm and 1 mrad at a tenth of its size."""
+    nominal = symkin.load_mechanism("3RRR")
+    noise = dataclasses.replace(nominal.noise, position=2e-5, orientation=1e-4, reading=5e-5)
+    made = dataclasses.replace(nominal.tolerances, gain=1e-9)
+    return nominal.replace(noise=noise, tolerances=made)
+
+
+def hexapod() -> symkin.Mechanism:
+    """The shipped hexapod, made within 0.3 mm and 1 mrad, its struts read to 20 um."""
+    nominal = symkin.load_mechanism("hexapod_jugglebot")
+    spool = float(np.abs(nominal.parameters[0, nominal.parameter_names.index("sensor_gain")]))
+    made = dataclasses.replace(nominal.tolerances, length=3e-4, angle=1e-3, gain=1e-9)
+    noise = dataclasses.replace(
+        nominal.noise, position=5e-5, orientation=1e-4, reading=2e-5 / spool
+    )
+    return nominal.replace(noise=noise, tolerances=made)
+
+
+def heights_and_distances() -> Case:
+    """A delta whose bed is probed, and between two rows of which a caliper measures."""
+    given: dict[str, Any] = {"frames": ["plane"]}
+    return linear_delta(), Observed(("height", "separation")), 30, given
+
+
+def differences_alone() -> Case:
+    """A delta of which nothing is measured but between rows."""
+    return linear_delta(), Observed(("rise", "separation")), 40, {}
+
+
+def same_point() -> Case:
+    """A planar robot that touches the same point twice, turned otherwise; see `_touching`."""
+    robot = planar().replace(frames=Frames(target=(0.03, 0.01, 0.0)))
+    return robot, Observed(("offset",)), 40, {"frames": ["target"], "fixed": ["target.phi"]}
+
+
+def ball_bar() -> Case:
+    """A planar robot on a bar about two centres that are known to a centimetre or not at all."""
+    anchors = ((0.25, 0.1), (-0.1, 0.3))
+    robot = planar().replace(frames=Frames(anchors=anchors))
+    return robot, Observed(("distance",), anchors=anchors), 40, {"frames": ["anchors"]}
+
+
+def tilt() -> Case:
+    """A hexapod of which roll and pitch alone are seen."""
+    return hexapod(), Observed(("tilt",)), 60, {}
+
+
+def position_and_tilt() -> Case:
+    """A hexapod of which the position is seen, and roll and pitch."""
+    return hexapod(), Observed(("position", "tilt")), 40, {}
+
+
+CASES: dict[str, Callable[[], Case]] = {
+    each.__name__: each
+    for each in (
+        heights_and_distances,
+        differences_alone,
+        same_point,
+        ball_bar,
+        tilt,
+        position_and_tilt,
+    )
+}
+
+
+def _touching(robot: symkin.Mechanism, count: int) -> np.ndarray:
+    """Planar poses in pairs at which the target is in the same place, turned otherwise."""
+    poses = symkin.sample_workspace(robot, count, seed=1).poses[: count // 2]
+    arm = np.array(robot.frames.target[:2])
+    turns = np.random.default_rng(1).uniform(-0.2, 0.2, len(poses))
+    others = np.array(poses)
+    others[:, 2] += turns
+    for row, other in zip(poses, others, strict=True):
+        before, after = (
+            np.array([[np.cos(a), -np.sin(a)], [np.sin(a), np.cos(a)]]) @ arm
+            for a in (row[2], other[2])
+        )
+        other[:2] = row[:2] + before - after
+    return np.stack([poses, others], axis=1).reshape(-1, 3)
+
+
+def figures(case: Callable[[], Case], robots: int) -> Iterator[tuple[float, float, float, float]]:
+    """Of each robot chi-square, its degrees, the share of intervals, the mean squared error."""
+    robot, observed, count, unknown = case()
+    touches = observed.kinds == ("offset",)
+    poses = (
+        _touching(robot, count) if touches else symkin.sample_workspace(robot, count, seed=1).poses
+    )
+    observed = observed.in_frames(robot.frames)
+    for seed in range(robots):
+        actual = disturb(robot, seed)
+        readings = actual.inverse_kinematics(poses)
+        there = np.isfinite(readings).all(axis=1)
+        exact = symkin.Measurements.of(
+            poses[there],
+            readings[there],
+            reading_unit=robot.reading_unit,
+            pose_space=robot.pose_space,
+        )
+        taken = observed.measure(exact, robot.noise, seed)
+        found = symkin.identify(robot, taken, prior="tolerances", **unknown)
+        if not found.converged:
+            continue
+        errors = []
+        for name in found.names:
+            block, _, own = name.partition(".")
+            at = found.names.index(name)
+            deviation = np.sqrt(found.covariance[at, at]) / found.widened
+            if block.startswith("leg"):
+                place = robot.parameter_names.index(own)
+                true = actual.parameters[int(block[3:]) - 1, place]
+            else:
+                true = found.params[name].nominal
+            errors.append((found.params[name].value - true) / deviation)
+        squares = np.square(errors)
+        yield (
+            found.chi_square,
+            found.degrees_of_freedom,
+            float(np.mean(squares < WITHIN**2)),
+            float(np.mean(squares)),
+        )
+
+
+def main() -> None:
+    """Print a line a case."""
+    robots = int(sys.argv[1]) if len(sys.argv) > 1 else 300
+    print("case                    identified     chi-square       dof  intervals  error")
+    for name in sys.argv[2:] or CASES:
+        told = np.array(list(figures(CASES[name], robots)))
+        chi, degrees, held, square = told.T
+        print(
+            f"{name:22s}  {len(told):4d} of {robots:<4d}  {chi.mean():7.1f} +- "
+            f"{chi.std() / np.sqrt(len(chi)):.1f}  {degrees.mean():8.1f}  {held.mean():8.1%}"
+            f"  {np.sqrt(square.mean()):5.3f}",
+            flush=True,
+        )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,241 @@
+// SPDX-License-Identifier: MIT
+#include "symkin/estimation/detail/pair_rows.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+#include "symkin/estimation/detail/factors.hpp"
+
+namespace symkin {
+namespace {
+
+class BetweenPoses {
+  // Directions: the poses' six each, the base's six where each of them is, the target's six, and
+  // the slopes of the plane.
+  static constexpr int kPoses = 0, kBases = 12, kTarget = 24, kPlane = 30, kDirections = 32;
+  using Value = Jet<double, kDirections>;
+  using Place = factors::Vec3<Value>;
+
+ public:
+  BetweenPoses(const Mechanism& mechanism, const Observations& observations, const Layout& layout,
+               const Setup& setup, const RowMatrix& poses)
+      : mechanism_(mechanism),
+        observations_(observations),
+        layout_(layout),
+        setup_(setup),
+        poses_(poses),
+        list_(setup),
+        moves_(observations.base_covariates.cols() > 0) {}
+
+  // Rows of what was measured between a pose and its k-th partner.
+  void add(Index pose, Index k, const std::vector<Index>& block, LinearPose& to) {
+    using factors::operator-;
+    ends_[0] = static_cast<Index>(observations_.partners(pose, k));
+    ends_[1] = pose;
+    for (int end = 0; end < 2; ++end) {
+      places_[at(end)] =
+          std::lower_bound(block.begin(), block.end(), ends_[at(end)]) - block.begin();
+      stand(end);
+    }
+    const auto measured = [&](const Observed& observed, Index column) {
+      return observed.any() && std::isfinite(observed.values(pose, column));
+    };
+    if (measured(observations_.separations, k)) {
+      // Where the base stays where it is, its place and its turn are exactly nothing to it.
+      const Place way = moves_ ? seen_[1] - seen_[0] : targets_[1] - targets_[0];
+      add_row(RowOrigin::Kind::separation, observations_.separations, k,
+              sqrt(factors::dot(way, way)), to);
+    }
+    if (measured(observations_.rises, k)) {
+      const Place way = targets_[1] - targets_[0];
+      const Value along(setup_.plane[1], kPlane), across(setup_.plane[2], kPlane + 1);
+      add_row(
+          RowOrigin::Kind::rise, observations_.rises, k,
+          (way[2] - along * way[0] - across * way[1]) / sqrt(1.0 + along * along + across * across),
+          to);
+    }
+    const Index dimensions = position_size(mechanism_.pose_space());
+    for (Index axis = 0; axis < dimensions; ++axis) {
+      const Index column = k * dimensions + axis;
+      if (measured(observations_.offsets, column)) {
+        add_row(RowOrigin::Kind::offset, observations_.offsets, column,
+                seen_[1][at(axis)] - seen_[0][at(axis)], to);
+      }
+    }
+  }
+
+ private:
+  static std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+  // The target of one end, in the base's frame and as the device sees it.
+  void stand(int end) {
+    using factors::operator*;
+    using factors::operator+;
+    const Index pose = ends_[at(end)];
+    double frame[12], base[12], target[12];
+    write_frame(frame_of_pose(mechanism_.pose_space(), poses_.row(pose).data()), frame);
+    write_frame(moves_ ? setup_.base_at(observations_.base_covariates.row(pose)) : setup_.base,
+                base);
+    write_frame(setup_.target, target);
+    const int own = kPoses + 6 * end, of_base = kBases + 6 * end;
+    targets_[at(end)] = factors::variable_position<Value>(frame, own) +
+                        factors::variable_rotation<Value>(frame + 3, own + 3) *
+                            factors::variable_position<Value>(target, kTarget);
+    seen_[at(end)] = factors::variable_position<Value>(base, of_base) +
+                     factors::variable_rotation<Value>(base + 3, of_base + 3) * targets_[at(end)];
+  }
+
+  void add_row(RowOrigin::Kind kind, const Observed& observed, Index column, const Value& value,
+               LinearPose& to) {
+    const Index row = static_cast<Index>(to.origins.size());
+    to.origins.push_back({kind, column, 0, ends_[1]});
+    to.misfit[row] = value.a - observed.values(ends_[1], column);
+    to.variances[row] =
+        observed.deviations(ends_[1], column) * observed.deviations(ends_[1], column);
+    const auto& slots = pose_slots(mechanism_.pose_space());
+    const auto dof = static_cast<Index>(slots.size());
+    for (int end = 0; end < 2; ++end) {
+      for (Index i = 0; i < dof; ++i) {
+        to.by_pose(row, places_[at(end)] * dof + i) = value.v[kPoses + 6 * end + slots[at(i)]];
+      }
+      add_base(end, value, to.by_unknowns.row(row));
+    }
+    for (int i = 0; i < 6; ++i) {
+      add_scalar(list_.target() + i, value.v[kTarget + i], to.by_unknowns.row(row));
+    }
+    for (int i = 0; i < 2; ++i) {
+      add_scalar(list_.plane() + 1 + i, value.v[kPlane + i], to.by_unknowns.row(row));
+    }
+  }
+
+  using Row = RowMatrix::RowXpr;
+
+  // Where the base stands at exp([w]) R_B, what turns R_B comes through exp([w]), and what changes
+  // w through its left Jacobian.
+  void add_base(int end, const Value& value, Row row) {
+    const Eigen::Matrix<double, 6, 1> by_place(value.v.segment<6>(kBases + 6 * end));
+    if (!moves_) {
+      for (int i = 0; i < 6; ++i) {
+        add_scalar(list_.base() + i, by_place[i], row);
+      }
+      return;
+    }
+    const auto covariates = observations_.base_covariates.row(ends_[at(end)]);
+    const Eigen::Vector3d turn = (covariates * setup_.base_slopes).tail<3>().transpose();
+    Eigen::Matrix<double, 6, 1> by_base = by_place, by_slope = by_place;
+    by_base.tail<3>() = rotation_of(turn).transpose() * by_place.tail<3>();
+    by_slope.tail<3>() = left_jacobian(turn).transpose() * by_place.tail<3>();
+    for (Index i = 0; i < 6; ++i) {
+      add_scalar(list_.base() + i, by_base[i], row);
+      for (Index k = 0; k < covariates.size(); ++k) {
+        add_scalar(list_.base_slope(k) + i, covariates[k] * by_slope[i], row);
+      }
+    }
+  }
+
+  void add_scalar(Index scalar, double derivative, Row row) const {
+    if (layout_.column[at(scalar)] >= 0) {
+      row[layout_.column[at(scalar)]] += derivative;
+    }
+    for (const Tie& tie : layout_.ties) {
+      if (tie.scalar == scalar) {
+        row[tie.column] += tie.factor * derivative;
+      }
+    }
+  }
+
+  const Mechanism& mechanism_;
+  const Observations& observations_;
+  const Layout& layout_;
+  const Setup& setup_;
+  const RowMatrix& poses_;
+  UnknownList list_;
+  bool moves_;
+  std::array<Index, 2> ends_{}, places_{};
+  std::array<Place, 2> targets_{}, seen_{};
+};
+
+}  // namespace
+
+PoseBlocks::PoseBlocks(const Observations& observations, const std::vector<bool>& aside) {
+  const RowMatrix& partners = observations.partners;
+  if (partners.cols() == 0) {
+    return;
+  }
+  first_.resize(aside.size());
+  std::iota(first_.begin(), first_.end(), Index{0});
+  const auto root = [&](Index pose) {
+    while (first_[at(pose)] != pose) {
+      pose = first_[at(pose)] = first_[at(first_[at(pose)])];
+    }
+    return pose;
+  };
+  for (Index pose = 0; pose < partners.rows(); ++pose) {
+    for (Index k = 0; k < partners.cols(); ++k) {
+      const auto other = static_cast<Index>(partners(pose, k));
+      if (observations.couples(pose, k) && !aside[at(pose)] && !aside[at(other)]) {
+        const Index roots[] = {root(pose), root(other)};
+        first_[at(std::max(roots[0], roots[1]))] = std::min(roots[0], roots[1]);
+      }
+    }
+  }
+  blocks_.resize(aside.size());
+  for (Index pose = 0; pose < partners.rows(); ++pose) {
+    first_[at(pose)] = root(pose);
+    blocks_[at(first_[at(pose)])].push_back(pose);
+  }
+}
+
+LinearPose block_rows(const Mechanism& mechanism, const Observations& observations,
+                      const Layout& layout, const Setup& setup, const RowMatrix& poses,
+                      const LatentPoses& rows, const std::vector<Index>& block) {
+  const Index dof = mechanism.dof();
+  const auto size = static_cast<Index>(block.size());
+  std::vector<LinearPose> own;
+  Index count = 0;
+  for (const Index pose : block) {
+    own.push_back(rows.rows(pose));
+    count += own.back().misfit.size();
+  }
+  const RowMatrix& partners = observations.partners;
+  std::vector<std::pair<Index, Index>> pairs;
+  for (const Index pose : block) {
+    for (Index k = 0; k < partners.cols(); ++k) {
+      if (observations.couples(pose, k) &&
+          std::binary_search(block.begin(), block.end(), static_cast<Index>(partners(pose, k)))) {
+        pairs.emplace_back(pose, k);
+      }
+    }
+  }
+  const auto most = static_cast<Index>(pairs.size()) * (2 + position_size(mechanism.pose_space()));
+  LinearPose all;
+  all.misfit.setZero(count + most);
+  all.variances.setZero(count + most);
+  all.by_pose.setZero(count + most, size * dof);
+  all.by_unknowns.setZero(count + most, layout.columns());
+  for (Index i = 0; i < size; ++i) {
+    const LinearPose& one = own[static_cast<std::size_t>(i)];
+    const auto first = static_cast<Index>(all.origins.size());
+    const Index m = one.misfit.size();
+    all.misfit.segment(first, m) = one.misfit;
+    all.variances.segment(first, m) = one.variances;
+    all.by_pose.block(first, i * dof, m, dof) = one.by_pose;
+    all.by_unknowns.middleRows(first, m) = one.by_unknowns;
+    all.origins.insert(all.origins.end(), one.origins.begin(), one.origins.end());
+  }
+  BetweenPoses between(mechanism, observations, layout, setup, poses);
+  for (const auto& [pose, k] : pairs) {
+    between.add(pose, k, block, all);
+  }
+  const auto taken = static_cast<Index>(all.origins.size());
+  all.misfit.conservativeResize(taken);
+  all.variances.conservativeResize(taken);
+  all.by_pose.conservativeResize(taken, Eigen::NoChange);
+  all.by_unknowns.conservativeResize(taken, Eigen::NoChange);
+  return all;
+}
+
+}  // namespace symkin

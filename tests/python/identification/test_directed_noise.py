@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: MIT
+"""Noise that an instrument has along a direction, and across it."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import symkin
+from symkin.analysis.observed import Observed
+from symkin.data.error_axes import directed_errors, drawn_along
+from symkin.errors import SymkinError
+from symkin.model.settings import NoiseSettings
+from symkin.planning.simulation import disturb
+
+TRACKER = NoiseSettings(position=1e-6, per_metre=1e-5, along=5e-6, orientation=1e-4, reading=1e-5)
+
+
+def test_errors_of_a_beam_are_those_of_range_and_angles():
+    places = np.array([[[3.0, 0.0, 4.0]], [[0.0, 2.0, 0.0]], [[0.0, 0.0, 0.0]]])
+    found = directed_errors(TRACKER, places)
+    covariances = np.einsum("...ki,...k,...kj->...ij", found.axes, found.deviations**2, found.axes)
+    beam = np.array([0.6, 0.0, 0.8])
+    assert beam @ covariances[0, 0] @ beam == pytest.approx(25e-12)
+    across = np.array([0.8, 0.0, -0.6])
+    assert across @ covariances[0, 0] @ across == pytest.approx(51e-6**2)
+    assert across @ covariances[0, 0] @ beam == pytest.approx(0, abs=1e-20)
+    np.testing.assert_allclose(np.diag(covariances[1, 0]), [21e-6**2, 25e-12, 21e-6**2])
+    assert np.isfinite(covariances[2]).all()
+    draws = np.random.default_rng(1).normal(size=(20000, 1, 3))
+    drawn = drawn_along(TRACKER, np.repeat(places[:1], 20000, axis=0), draws)[:, 0]
+    np.testing.assert_allclose(np.cov(drawn.T), covariances[0, 0], atol=0.03 * 51e-6**2)
+
+
+def test_a_coordinate_that_was_not_measured_is_left_alone():
+    places = np.array([[[3.0, np.nan, 4.0]]])
+    found = directed_errors(TRACKER, places)
+    np.testing.assert_array_equal(found.axes[0, 0, 1], [0, 1, 0])
+    np.testing.assert_array_equal(found.axes[0, 0, :, 1], [0, 1, 0])
+    assert found.in_space.shape == (1, 9)
+
+
+@pytest.mark.parametrize("kinds", [("position",), ("points",)])
+def test_intervals_and_chi_square_hold_where_noise_is_along_and_across(kinds):
+    robot = symkin.load_mechanism("hexapod_jugglebot")
+    noise = dataclasses.replace(TRACKER, reading=4e-4)
+    made = dataclasses.replace(robot.tolerances, length=3e-4, angle=1e-3, gain=1e-6)
+    robot = robot.replace(noise=noise, tolerances=made)
+    base = (2.0, 1.5, -0.4, 0.2, 0.3, -0.1)
+    points = ((0.12, 0.0, 0.03),) if kinds == ("points",) else ()
+    frames = symkin.model.settings.Frames(base=base, points=points)
+    poses = symkin.sample_workspace(robot, 40, seed=3).poses
+    squares, degrees, plain = [], 0.0, []
+    for seed in range(6):
+        actual = disturb(robot, seed)
+        exact = symkin.Measurements.of(
+            poses, actual.inverse_kinematics(poses), reading_unit="rad", pose_space="spatial"
+        )
+        taken = Observed(kinds, base=base, points=points).measure(exact, noise, seed)
+        given = robot.replace(frames=frames)
+        found = symkin.identify(given, taken, prior="tolerances")
+        squares.append(found.chi_square)
+        degrees = found.degrees_of_freedom
+        alike = dataclasses.replace(noise, along=None)
+        plain.append(symkin.identify(given.replace(noise=alike), taken, prior="tolerances"))
+    assert abs(np.mean(squares) - degrees) < 4 * np.sqrt(2 * degrees / len(squares))
+    # Taken for the same in all directions, the noise is far too large.
+    assert np.mean([each.chi_square for each in plain]) < 0.9 * degrees
+
+
+def test_it_is_written_and_read_and_refused_in_a_sentence(tmp_path):
+    robot = symkin.load_mechanism("hexapod_jugglebot")
+    robot = robot.replace(noise=dataclasses.replace(TRACKER, direction="z"))
+    symkin.save_mechanism(robot, tmp_path / "robot.toml")
+    assert symkin.load_mechanism(tmp_path / "robot.toml").noise == robot.noise
+    with pytest.raises(SymkinError, match='direction of the noise is "w"; expected one of beam'):
+        NoiseSettings(direction="w")
