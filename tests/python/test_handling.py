@@ -38,13 +38,28 @@ def test_rows_that_there_are_not_are_refused(measured, rows):
         measured[rows]
 
 
-def test_a_fleet_is_asked_for_a_robot_by_its_name(robot, measured):
+def test_a_fleet_is_asked_for_a_robot_by_its_name_or_its_place(robot, measured):
     fleet = identify_robots(robot, {"a": measured, "b": measured[::-1]})
     assert len(fleet) == 2
     assert fleet["a"]["robot"] == "a"
     assert fleet["b"]["verdict"] == fleet.verdicts[1]
     with pytest.raises(SymkinError, match='no robot is called "c"'):
         fleet["c"]
+    assert fleet[0] == fleet["a"]
+    assert fleet[-1] == fleet[np.intp(1)] == fleet["b"]
+    assert list(fleet) == [fleet[0], fleet[1]]
+    for wrong in (2, -3, 0.5, None, slice(2)):
+        with pytest.raises(SymkinError, match="expected a name, or a place from 0 to 1"):
+            fleet[wrong]
+
+
+def test_the_errors_to_expect_at_the_poses_are_computed_once_for_a_page(robot, measured):
+    found = robot.identify(measured)
+    assert found.expected_at_poses is found.accuracy_at_poses
+    assert found.expected_at_poses == found.expected_accuracy()
+    supposed = robot.identify(measured, fixed=["sensor_gain"], assume={"sensor_gain": 1e-4})
+    assert supposed.expected_at_poses == supposed.expected_accuracy()
+    assert supposed.expected_at_poses.position > supposed.accuracy_at_poses.position
 
 
 def test_a_result_draws_the_figures_of_its_page(robot, measured):

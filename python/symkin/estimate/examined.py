@@ -355,6 +355,13 @@ class Examined(Found[M]):
             return None
         return self.expected_accuracy(assumed=False)
 
+    @property
+    @once
+    def expected_at_poses(self) -> ExpectedAccuracy | None:
+        """The same with what is assumed."""
+        known = self.accuracy_at_poses
+        return self.expected_accuracy() if known is not None and self.assumed else known
+
     def predicting(self, unseen: Measurements) -> _core.JointFit:
         """Fit the latent poses of further observations alone, everything else as estimated.
 

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
+import operator
 import os
 import time
 from collections.abc import Iterator, Mapping, Sequence
@@ -22,7 +23,7 @@ from symkin.data.reading import (
     measurements_of_table,
     read_fleet,
 )
-from symkin.errors import MeasurementError, SymkinError, did_you_mean, one_of
+from symkin.errors import MeasurementError, SymkinError, did_you_mean, one_of, shown
 from symkin.estimate.covariates import steps_of
 from symkin.estimate.evidence.findings import Doubt, Note
 from symkin.estimate.fleet_doubts import doubted, examined, impossible, suspects
@@ -114,12 +115,28 @@ class Fleet(Result):
         """How many robots there are."""
         return len(self.robots)
 
-    def __getitem__(self, robot: str) -> dict[str, Any]:
-        """Return the row of a robot: what its columns say of it."""
-        if robot not in self.robots:
+    def __getitem__(self, robot: str | int) -> dict[str, Any]:
+        """Return the row of a robot, by its name or its place: what its columns say of it."""
+        if isinstance(robot, str) and robot not in self.robots:
             raise SymkinError(f'no robot is called "{robot}"{did_you_mean(robot, self.robots)}')
-        row = self.robots.index(robot)
+        try:
+            row = (
+                self.robots.index(robot)
+                if isinstance(robot, str)
+                else range(len(self))[operator.index(robot)]
+            )
+        except (IndexError, TypeError):
+            places = f"a place from 0 to {len(self) - 1}"
+            raise SymkinError(f"no robot is {shown(robot)}; expected a name, or {places}") from None
         return {name: values[row] for name, values in self.columns().items()}
+
+    def __iter__(self) -> Iterator[dict[str, Any]]:
+        """Return one row after the other."""
+        columns = self.columns()
+        return (
+            dict(zip(columns, values, strict=True))
+            for values in zip(*columns.values(), strict=True)
+        )
 
     @cached_property
     def verdicts(self) -> tuple[str, ...]:

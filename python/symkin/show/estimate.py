@@ -478,8 +478,8 @@ def _accuracy_section(found: Estimate) -> Section:
         f"{quoted('Expected')} is what the uncertainty of the identified parameters adds at these "
         "poses by itself, to first order. " + ALIGNED
     )
-    expected = None if found.mechanism.curvature is not None else found.expected_accuracy()
-    table = error_table({"Before": before, "After": after}, expected, found.cross_validation)
+    errors = {"Before": before, "After": after}
+    table = error_table(errors, found.expected_at_poses, found.cross_validation)
     parts: list[Table | Image] = [table, *tables, *error_figures(before, after)]
     return Section("accuracy", "End-effector error", [paragraph], parts)
 
