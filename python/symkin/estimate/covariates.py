@@ -9,7 +9,7 @@ or the base in the frame of the measuring device.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Literal, get_args
 
 import numpy as np
@@ -22,6 +22,7 @@ from symkin.model.core_setup import Slopes
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import NoiseSettings
 from symkin.options import Moving
+from symkin.values import Value, record
 
 __all__ = [
     "Covariate",
@@ -39,8 +40,8 @@ __all__ = [
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class Covariate:
+@record
+class Covariate(Value):
     """A column that is known of every row, and what goes along with it.
 
     Attributes

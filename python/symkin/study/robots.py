@@ -23,6 +23,7 @@ from symkin.planning.making import for_all_parameters
 from symkin.planning.simulation import Simulation, disturb, simulate_observed
 from symkin.study.definition import Cell, StudyDefinition
 from symkin.study.mapping import mapped_candidates, mapped_efficiency
+from symkin.values import Value, record
 
 __all__ = ["COLUMNS", "NORMAL_95", "Job", "robot_seed", "scaled"]
 
@@ -71,8 +72,8 @@ def scaled(mechanism: Mechanism, noise: float, tolerance: float) -> Mechanism:
     )
 
 
-@dataclasses.dataclass(frozen=True)
-class Job:
+@record
+class Job(Value):
     """What it takes to compute any robot of a study, on any machine.
 
     Attributes
