@@ -7,8 +7,7 @@ Every robot differs from a shipped one by its tolerances, which are priors; what
 noise that is declared. Prints for each case, by default all of them and 300 robots: how many were
 identified, the mean of chi-square and its standard error beside the degrees of freedom, how many of
 the parameters the 95% intervals of the declared noise hold, and the parameters' errors over their
-deviations, root mean square. Unknown frames count among the parameters, but not those of which
-drawing and priors say nothing.
+deviations, root mean square. Unknown frames count among the parameters.
 """
 
 from __future__ import annotations
@@ -151,7 +150,7 @@ def figures(case: Callable[[], Case], robots: int) -> Iterator[tuple[float, floa
                 place = robot.parameter_names.index(own)
                 true = actual.parameters[int(block[3:]) - 1, place]
             else:
-                true = found.params[name].nominal
+                true = np.nan_to_num(found.params[name].nominal)  # of the plane, which is 0
             errors.append((found.params[name].value - true) / deviation)
         squares = np.square(errors)
         yield (
