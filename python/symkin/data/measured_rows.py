@@ -526,6 +526,9 @@ class MeasuredRows(Result):
             }
         except IndexError as error:
             raise MeasurementError(f"no subset of {len(self.poses)} rows: {error}") from None
+        if self.partners is not None:  # without those that stay behind
+            there = np.isin(state["partners"], state["row_numbers"])
+            state["partners"] = np.where(there, state["partners"], 0)
         part = object.__new__(type(self))
         part.__dict__.update(state)
         for value in state.values():

@@ -1,14 +1,18 @@
 # SPDX-License-Identifier: MIT
 """What was really measured, against explicit least squares over all parameters and poses."""
 
+import dataclasses
 import json
 
 import numpy as np
 import pytest
 
 import symkin
+from symkin.analysis.observed import Observed
+from symkin.estimate.problem import KINDS
 from symkin.model.poses import quaternions_from_rotation_vectors, vectors_from_rotations
 from symkin.model.settings import Frames, NoiseSettings, WorkspaceSettings
+from symkin.planning.simulation import disturb
 
 PLATFORMS = {"rigid": "rigid", "point2": "point", "point3": "translating", "spatial": "rigid"}
 # Of a delta whose towers stand upright from z = 0.
@@ -277,3 +281,24 @@ def test_belts_whose_point_is_held_in_a_plane_are_as_by_least_squares(case, tmp_
         prior=priors_of(case, "belts"),
     )
     compared(case, found, "belts")
+
+
+def test_a_wrong_distance_between_rows_is_named_and_its_pair_is_left_out_together():
+    robot = symkin.load_mechanism("linear_delta")
+    poses = symkin.sample_workspace(robot, 30, seed=1).poses
+    exact = symkin.Measurements.of(
+        poses,
+        disturb(robot, 1).inverse_kinematics(poses),
+        reading_unit="m",
+        pose_space="translating",
+    )
+    taken = Observed(("height", "separation")).measure(exact, robot.noise, 1)
+    assert symkin.cross_validate(robot, taken, 5).observed_rms["separations_m"] < 2e-4
+    wrong = np.array(taken.separations)
+    wrong[7, 0] += 2e-3
+    found = symkin.identify(robot, dataclasses.replace(taken, separations=wrong))
+    assert not found.trustworthy
+    rows = found.rows
+    worst = int(np.nanargmax(np.abs(np.where(rows.kind == KINDS.index("separations"), rows.t, 0))))
+    assert (rows.pose[worst], abs(rows.blunder[worst])) == (7, pytest.approx(2e-3, rel=0.3))
+    assert rows.what(worst, "translating") == "distance from the other row of pair 1"

@@ -113,6 +113,7 @@ def test_pairs_name_their_other_row_however_a_table_is_sorted(observed):
     np.testing.assert_array_equal(order[own], order[first] + 1)
     part = read.subset(own[:3])  # without their other rows
     assert (part.partner_places == -1).all()
+    assert len(dataclasses.replace(part, times=np.arange(3.0))) == 3
     assert len(np.unique(read.first_of_block)) == len(taken) // 2
 
 
