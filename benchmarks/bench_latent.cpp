@@ -265,6 +265,8 @@ RowMatrix by_ceres(const Task& task, bool tightest, int& steps) {
   options.max_num_iterations = 100;
   if (tightest) {
     options.function_tolerance = options.gradient_tolerance = options.parameter_tolerance = 1e-16;
+    // What the last steps gain is lost in the cost's rounding: without these it ends before them.
+    options.use_nonmonotonic_steps = true;
   }
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);

@@ -87,7 +87,7 @@ class Robots {
     const RowMatrix& parameters = found.parameters;
     fleet_.parameters.row(robot) =
         Eigen::Map<const Vector>(parameters.data(), parameters.size()).transpose();
-    fleet_.deviations.row(robot) = identifier_.variances().cwiseSqrt().transpose();
+    fleet_.deviations.row(robot) = identifier_.covariance().diagonal().cwiseSqrt().transpose();
     for (std::size_t k = 0; k < found.goodness.size(); ++k) {
       set_goodness(robot, static_cast<Index>(k), found.goodness[k]);
     }

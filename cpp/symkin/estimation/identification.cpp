@@ -357,11 +357,6 @@ bool Identifier::explained() const {
                       [](const GoodnessOfFit& fit) { return fit.unexplained(); });
 }
 
-// Whether each leg's information is the inverse of its covariance.
-bool Identifier::by_declared_noise() const {
-  return explained() && options_.estimator == Estimator::implicit && !options_.loss.any();
-}
-
 RowMatrix Identifier::covariance_by_influence() const {
   std::vector<LegInfluence> influences;
   for (std::size_t i = 0; i < data_.size(); ++i) {
@@ -381,10 +376,11 @@ RowMatrix Identifier::covariance() const {
   if (options_.estimator == Estimator::joint) {
     return result_.covariance;
   }
-  if (!by_declared_noise()) {
+  if (!explained() || options_.estimator != Estimator::implicit || options_.loss.any()) {
     return covariance_by_influence();
   }
-  // The legs' errors are independent but for those of poses that they share.
+  // Each leg's information is the inverse of its covariance, and the legs' errors are independent
+  // but for those of poses that they share.
   const Index p = mechanism_.parameter_count();
   const Index size = result_.parameters.size();
   RowMatrix covariance =
@@ -395,22 +391,6 @@ RowMatrix Identifier::covariance() const {
         seen_[leg].covariance();
   }
   return covariance;
-}
-
-Vector Identifier::variances() const {
-  if (options_.estimator == Estimator::joint) {
-    return result_.covariance.diagonal();
-  }
-  if (!by_declared_noise()) {
-    return covariance_by_influence().diagonal();
-  }
-  const Index p = mechanism_.parameter_count();
-  Vector variances = Vector::Zero(result_.parameters.size());
-  for (std::size_t leg = 0; leg < data_.size(); ++leg) {
-    variances.segment(static_cast<Index>(leg) * p, p)(data_[leg].estimated) =
-        seen_[leg].variances();
-  }
-  return variances;
 }
 
 Identification identify(const Mechanism& mechanism, const MeasurementSet& measurements,

@@ -9,6 +9,7 @@
 #include <limits>
 #include <map>
 #include <mutex>
+#include <tuple>
 #include <utility>
 
 #include "symkin/estimation/detail/chi.hpp"
@@ -39,17 +40,20 @@ BlockLoss::Value value_of(const ceres::LossFunction& function, double square) {
   return {rho[0], rho[1], rho[2]};
 }
 
-double efficiency(const ceres::LossFunction& function, double bend, Index conditions) {
+// See bend_of().
+struct Gains {
+  double a, b;
+};
+Gains gains_of(const ceres::LossFunction& function, double bend, Index conditions) {
   const auto k = static_cast<double>(conditions);
   const double a = chi_expectation(conditions, bend, [&](double d) {
     const double psi = value_of(function, d * d).weight * d;
     return psi * psi / k;
   });
   const double b = chi_expectation(conditions, bend, [&](double d) {
-    const BlockLoss::Value value = value_of(function, d * d);
-    return value.weight + 2 * d * d * value.by_square / k;
+    return value_of(function, d * d).slope(d * d, conditions);
   });
-  return b * b / a;
+  return {a, b};
 }
 
 // Where a falling function crosses zero between two places.
@@ -62,14 +66,62 @@ double crossing(double low, double high, const Function& function) {
   return (low + high) / 2;
 }
 
-BlockLoss::Kept kept_of(const ceres::LossFunction* function, double bend, Index conditions) {
-  constexpr double kFar = 1e6;  // of the bend
+// A fit leaves of noise e the residual e - (h / b) psi(e) and what other blocks bring, of variance
+// h a / b^2 each to first order. Mean and share of g(e) = d^2 and 1 below the limit then follow by
+// partial integration, so that no derivative of g is needed where it jumps:
+//   E[g] + h E[g c],  c = (k b(d) - w d^2) / b + a / (2 b^2) (d^2 - k)
+double taken_of(const ceres::LossFunction& function, double bend, Index conditions,
+                const BlockLoss::Kept& kept) {
   const auto k = static_cast<double>(conditions);
-  const auto excess = [&](double d) { return value_of(*function, d * d).weight - kRejectedWeight; };
-  if (function == nullptr || excess(kFar * bend) >= 0) {
-    return {std::numeric_limits<double>::infinity(), 1, k, 2 * k};
+  const auto [a, b] = gains_of(function, bend, conditions);
+  const auto change = [&, a = a, b = b](double d) {
+    const double square = d * d;
+    const BlockLoss::Value value = value_of(function, square);
+    const double by_own = (k * value.slope(square, conditions) - value.weight * square) / b;
+    const double by_others = a / (2 * b * b) * (square - k);
+    return (square - kept.mean) * (by_own + by_others);
+  };
+  return -chi_expectation(conditions, bend, change, kept.limit) / (kept.share * kept.mean);
+}
+
+BlockLoss::Kept kept_of(const ceres::LossFunction& function, double bend, Index conditions) {
+  constexpr double kFar = 1e6;  // of the bend
+  const auto excess = [&](double d) { return value_of(function, d * d).weight - kRejectedWeight; };
+  BlockLoss::Kept kept = excess(kFar * bend) >= 0
+                             ? BlockLoss::untruncated(conditions)
+                             : chi_below(conditions, crossing(0, kFar * bend, excess));
+  kept.taken = taken_of(function, bend, conditions, kept);
+  return kept;
+}
+
+double efficient_bend(const LossFamily& family, Index conditions) {
+  constexpr double kEfficiency = 0.95;
+  constexpr double kLeast = 0.05;  // of the norm of a normal block
+  constexpr double kMost = 30;
+  const double size = std::sqrt(static_cast<double>(conditions));
+  return crossing(kLeast * size, kMost * size, [&](double tried) {
+    const auto [a, b] = gains_of(*family.make(tried), tried, conditions);
+    return kEfficiency - b * b / a;
+  });
+}
+
+// Where a loss bends and what blocks it keeps there, computed once.
+struct Shape {
+  double bend = 0;
+  BlockLoss::Kept kept{};
+};
+Shape shape_of(const LossFamily& family, Index conditions, double scale) {
+  static std::mutex mutex;
+  static std::map<std::tuple<decltype(family.make), Index, double>, Shape> known;
+  const std::lock_guard lock(mutex);
+  const auto [shape, is_new] = known.try_emplace({family.make, conditions, scale});
+  if (is_new) {
+    Shape& made = shape->second;
+    made.bend = scale > 0 ? scale * std::sqrt(static_cast<double>(conditions))
+                          : efficient_bend(family, conditions);
+    made.kept = kept_of(*family.make(made.bend), made.bend, conditions);
   }
-  return chi_below(conditions, crossing(0, kFar * bend, excess));
+  return shape->second;
 }
 
 }  // namespace
@@ -109,33 +161,25 @@ RobustLoss loss_named(std::string_view name, double scale) {
 }
 
 double bend_of(const LossFamily& family, Index conditions) {
-  constexpr double kEfficiency = 0.95;
-  constexpr double kLeast = 0.05;  // of the norm of a normal block
-  constexpr double kMost = 30;
-  static std::mutex mutex;
-  static std::map<std::pair<decltype(family.make), Index>, double> known;
-  const std::lock_guard lock(mutex);
-  const auto [bend, is_new] = known.try_emplace({family.make, conditions}, 0);
-  if (is_new) {
-    const double size = std::sqrt(static_cast<double>(conditions));
-    bend->second = crossing(kLeast * size, kMost * size, [&](double tried) {
-      return kEfficiency - efficiency(*family.make(tried), tried, conditions);
-    });
-  }
-  return bend->second;
+  return shape_of(family, conditions, 0).bend;
+}
+
+BlockLoss::Kept BlockLoss::untruncated(Index conditions) {
+  const auto k = static_cast<double>(conditions);
+  return {std::numeric_limits<double>::infinity(), 1, k, 2 * k, 1};
 }
 
 BlockLoss::BlockLoss(const RobustLoss& loss, Index conditions, double spread)
-    : conditions_(conditions), spread_(spread), family_(loss.family) {
-  if (family_ == nullptr) {
-    kept_ = kept_of(nullptr, 0, conditions);
-    return;
+    : conditions_(conditions),
+      spread_(spread),
+      family_(loss.family),
+      kept_(untruncated(conditions)) {
+  if (any()) {
+    const Shape shape = shape_of(*family_, conditions, loss.scale);
+    kept_ = shape.kept;
+    bend_ = shape.bend * spread_;
+    function_ = family_->make(bend_);
   }
-  const double bend = loss.scale > 0 ? loss.scale * std::sqrt(static_cast<double>(conditions))
-                                     : bend_of(*family_, conditions);
-  kept_ = kept_of(family_->make(bend).get(), bend, conditions);
-  bend_ = bend * spread_;
-  function_ = family_->make(bend_);
 }
 
 BlockLoss::BlockLoss(const BlockLoss& other)

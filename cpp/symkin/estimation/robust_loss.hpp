@@ -77,17 +77,24 @@ class BlockLoss {
   // residual's own noise is `relative` times that of the whitened.
   struct Value {
     double cost, weight, by_square;
+    // How psi(d) grows, over the directions of the block: psi'(d) / k + (1 - 1/k) w.
+    double slope(double square, Index conditions) const {
+      return weight + 2 * square * by_square / static_cast<double>(conditions);
+    }
   };
   Value at(double square, double relative = 1) const;
   // The same as Ceres takes it; null for least squares.
   std::unique_ptr<ceres::LossFunction> function(double relative = 1) const;
 
-  // Mean and variance of d^2 / spread^2 of sound blocks that keep a weight of one half at least.
+  // Mean and variance of d^2 / spread^2 of sound blocks that keep a weight of one half at least;
+  // and of what is left by a fit whose parameters take the share h of all conditions: to first
+  // order the mean is (1 - taken h) times that.
   struct Kept {
     double limit;  // of d / spread
-    double share, mean, variance;
+    double share, mean, variance, taken;
   };
   const Kept& kept() const { return kept_; }
+  static Kept untruncated(Index conditions);
 
  private:
   Index conditions_;

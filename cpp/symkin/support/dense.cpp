@@ -162,9 +162,9 @@ double ScaledCholesky::inverse_form(const Vector& vector) const {
 }
 
 // Row by row.
-RowMatrix ScaledCholesky::inverse_of_factor() const {
+RowMatrix ScaledCholesky::inverse() const {
   const Index n = scale_.size();
-  RowMatrix half = RowMatrix::Zero(n, n);
+  RowMatrix half = RowMatrix::Zero(n, n);  // the factor's inverse: its transpose times itself
   for (Index i = 0; i < n; ++i) {
     for (Index k = 0; k < i; ++k) {
       half.row(i).head(k + 1) -= factor_(i, k) * half.row(k).head(k + 1);
@@ -172,22 +172,6 @@ RowMatrix ScaledCholesky::inverse_of_factor() const {
     half.row(i) *= factor_(i, i);
     half(i, i) = factor_(i, i);
   }
-  return half;
-}
-
-Vector ScaledCholesky::inverse_diagonal() const {
-  const RowMatrix half = inverse_of_factor();
-  Vector diagonal = Vector::Zero(scale_.size());
-  for (Index k = 0; k < half.rows(); ++k) {
-    diagonal += half.row(k).transpose().cwiseAbs2();
-  }
-  // In the order of inverse(), to the last bit.
-  return diagonal.cwiseProduct(scale_).cwiseProduct(scale_);
-}
-
-RowMatrix ScaledCholesky::inverse() const {
-  const Index n = scale_.size();
-  const RowMatrix half = inverse_of_factor();  // its transpose times itself
   RowMatrix inverse = RowMatrix::Zero(n, n);
   for (Index k = 0; k < n; ++k) {
     for (Index i = 0; i <= k; ++i) {

@@ -42,10 +42,8 @@ class ScaledCholesky {
   void solve(const Vector& right, Vector& solution) const;  // M solution = right
   double inverse_form(const Vector& vector) const;          // v' M^-1 v
   RowMatrix inverse() const;
-  Vector inverse_diagonal() const;
 
  private:
-  RowMatrix inverse_of_factor() const;
   void forwards(Vector& vector) const;  // by the inverse of the factor
 
   Vector scale_;

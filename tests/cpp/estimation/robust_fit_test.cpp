@@ -5,12 +5,14 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/QR>
+#include <algorithm>
 
 #include "estimation/welsch_loss.hpp"
 #include "robust_numbers.hpp"
 #include "symkin/estimation/detail/levenberg_marquardt.hpp"
 #include "symkin/support/dense.hpp"
 #include "symkin/support/error.hpp"
+#include "symkin/support/random.hpp"
 
 namespace symkin {
 namespace {
@@ -100,11 +102,26 @@ TEST(RobustLoss, BendsWhereItKeeps95PercentOfTheEfficiency) {
   }
 }
 
+TEST(RobustLoss, ParametersTakeLessFromKeptBlocksThanFromAll) {
+  // By SciPy's quadrature.
+  const struct {
+    const char* name;
+    Index conditions;
+    double taken;
+  } cases[] = {{"cauchy", 1, 0.945}, {"cauchy", 3, 0.884}, {"cauchy", 6, 0.765},
+               {"tukey", 1, 0.984},  {"tukey", 3, 0.959},  {"tukey", 6, 0.922}};
+  for (const auto& each : cases) {
+    const BlockLoss loss(loss_named(each.name), each.conditions, 1);
+    EXPECT_NEAR(loss.kept().taken, each.taken, 6e-4) << each.name << ", " << each.conditions;
+  }
+}
+
 TEST(RobustLoss, WithoutOneBlocksKeepTheirWeightAndAllOfTheirSquares) {
   const BlockLoss none(RobustLoss{}, 3, 1);
   EXPECT_EQ(none.at(1e6).weight, 1);
   EXPECT_EQ(none.kept().mean, 3);
   EXPECT_EQ(none.kept().variance, 6);
+  EXPECT_EQ(none.kept().taken, 1);
 }
 
 TEST(RobustLoss, OfAUsersOwnBendsByTheSameRule) {
@@ -152,12 +169,56 @@ TEST(RobustFit, EndsWhereAnotherProgramDoesAndSaysTheSameOfIt) {
       EXPECT_EQ(found.student_degrees, fit.student_degrees);
       EXPECT_NEAR(found.sum_of_squares / fit.sum_of_squares, 1, 1e-7);
       EXPECT_NEAR(found.chi_square / fit.chi_square, 1, 1e-7);
-      EXPECT_NEAR(found.degrees_of_freedom / fit.degrees_of_freedom, 1, 1e-8);
+      // The other program counts as if the parameters took from the kept as from all.
+      const auto size = static_cast<double>(problem.size());
+      const double of_kept = size / static_cast<double>(expected.conditions * found.kept);
+      const double of_all = size / static_cast<double>(blocks.rows());
+      const double taken = losses.of(expected.conditions).kept().taken;
+      EXPECT_NEAR(found.degrees_of_freedom / fit.degrees_of_freedom,
+                  (1 - taken * of_all) / (1 - of_kept), 1e-8);
       const Vector own = (found.variance * inverse(problem.information()).diagonal()).cwiseSqrt();
       EXPECT_LT((own.cwiseQuotient(deviations).array() - 1).abs().maxCoeff(), 1e-7)
           << fit.loss << ", " << expected.conditions;
     }
   }
+}
+
+// Six conditions of twenty blocks, a sixth of which the parameters take: Cauchy's loss rejects a
+// fifth of sound blocks, and a fit has drawn the others in.
+TEST(RobustFit, ChiSquareOfSoundBlocksIsOneADegreeWhereTheyAreFew) {
+  constexpr int kFits = 400;
+  testing::RobustCase sound{};
+  sound.conditions = 6;
+  sound.parameters = 20;
+  sound.y.resize(120);
+  sound.x.resize(120 * 20);
+  Random random(11);
+  const std::vector<Index> conditions(20, 6);
+  for (const char* const name : {"huber", "cauchy", "tukey"}) {
+    double sum = 0;
+    for (int fit = 0; fit < kFits; ++fit) {
+      for (std::vector<double>* const values : {&sound.x, &sound.y}) {
+        std::generate(values->begin(), values->end(), [&] { return random.normal(); });
+      }
+      LinearProblem problem(sound);
+      BlockLosses losses(loss_named(name));
+      problem.solve(losses);
+      const RobustStatistics found = robust_statistics(
+          problem.system().squares(Vector::Zero(problem.size())), conditions, 20, losses);
+      sum += found.chi_square / found.degrees_of_freedom;
+    }
+    EXPECT_GT(sum / kFits, 0.98) << name;
+    EXPECT_LT(sum / kFits, 1.03) << name;
+  }
+}
+
+TEST(RobustFit, CountsPriorsAsConditionsThatNoLossRejects) {
+  // The loss bends beyond all residuals.
+  BlockLosses losses(loss_named("huber", 1e3));
+  const RobustStatistics found =
+      robust_statistics(Vector::Constant(10, 3), std::vector<Index>(10, 3), 8, losses, {}, 6, 5);
+  EXPECT_NEAR(found.degrees_of_freedom, 10 * 3 + 6 - 8, 1e-6);
+  EXPECT_NEAR(found.chi_square, 10 * 3 + 5, 1e-6);
 }
 
 TEST(RobustFit, SubsetsLeadToTheEstimateOfLeastSScale) {

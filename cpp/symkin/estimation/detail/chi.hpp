@@ -1,17 +1,20 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <boost/math/quadrature/gauss.hpp>
 #include <boost/math/special_functions/gamma.hpp>
 #include <cmath>
+#include <limits>
 
 #include "symkin/estimation/robust_loss.hpp"
 
 namespace symkin {
 
-// E[f(d)] of d ~ chi_k, f smooth on both sides of `bend`.
+// E[f(d); d < limit] of d ~ chi_k, f smooth on both sides of `bend`.
 template <typename Function>
-double chi_expectation(Index degrees, double bend, const Function& function) {
+double chi_expectation(Index degrees, double bend, const Function& function,
+                       double limit = std::numeric_limits<double>::infinity()) {
   constexpr int kPanels = 12;
   constexpr double kBeyond = 12;  // standard deviations above the mean that matter
   const auto k = static_cast<double>(degrees);
@@ -19,7 +22,7 @@ double chi_expectation(Index degrees, double bend, const Function& function) {
   const auto density = [&](double d) {
     return std::exp((k - 1) * std::log(d) - d * d / 2 - log_norm);
   };
-  const double end = std::sqrt(k) + kBeyond;
+  const double end = std::min(limit, std::sqrt(k) + kBeyond);
   double sum = 0;
   const auto add = [&](double from, double to) {
     for (int panel = 0; panel < kPanels; ++panel) {
@@ -43,7 +46,7 @@ inline BlockLoss::Kept chi_below(Index degrees, double limit) {
   const double share = boost::math::gamma_p(k / 2, half);
   const double mean = k * boost::math::gamma_p(k / 2 + 1, half) / share;
   const double square = k * (k + 2) * boost::math::gamma_p(k / 2 + 2, half) / share;
-  return {limit, share, mean, square - mean * mean};
+  return {limit, share, mean, square - mean * mean, 1};
 }
 
 }  // namespace symkin

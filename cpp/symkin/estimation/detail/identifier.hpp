@@ -21,14 +21,12 @@ class Identifier {
   Identification& identify(const MeasurementSet& measurements, const RowMatrix& start);
   // Of the robot identified last.
   RowMatrix covariance() const;
-  Vector variances() const;  // its diagonal
 
  private:
   void estimate(std::size_t leg);
   void describe(std::size_t leg);
   void estimate_jointly(const MeasurementSet& measurements);
   bool explained() const;
-  bool by_declared_noise() const;
   RowMatrix covariance_by_influence() const;
 
   const Mechanism& mechanism_;

@@ -43,14 +43,7 @@ class Rows final : public ceres::EvaluationCallback {
 
  private:
   void linearise() {
-    if (in_readings_) {
-      linearise_readings(data_, parameters_, rows_);
-      return;
-    }
-    data_.model.linearise(parameters_, data_.poses, data_.readings, rows_);
-    if (values_.size() < rows_.by_parameters.cols()) {
-      rows_.by_parameters = RowMatrix(rows_.by_parameters(kAll, data_.estimated));
-    }
+    (in_readings_ ? linearise_readings : linearise_closures)(data_, parameters_, rows_);
   }
 
   const LegData& data_;

@@ -22,11 +22,9 @@ void linearise(const LegData& data, const Vector& parameters, const Identificati
     return;
   }
   linearise_readings(data, parameters, fitted.leg.rows);
-  fitted.relative = reading_deviations(data, parameters, options.noise);
-  const double typical =
-      std::sqrt(fitted.relative.squaredNorm() / static_cast<double>(fitted.relative.size()));
-  fitted.relative /= typical;
-  fitted.leg.factors.setConstant(fitted.relative.size(), 1 / typical);
+  const auto [typical, relative] = reading_noise(data, parameters, options.noise);
+  fitted.relative = relative;
+  fitted.leg.factors.setConstant(relative.size(), 1 / typical);
 }
 
 // Of the loss with its second derivatives, or where those have no minimum of the loss with its

@@ -40,10 +40,14 @@ Vector decorrelate(ClosureRows& rows, Index closures, PoseSpace space,
 
 }  // namespace
 
+void linearise_closures(const LegData& data, const Vector& parameters, ClosureRows& rows) {
+  data.model.linearise(parameters, data.poses, data.readings, rows);
+  keep_estimated(data, rows);
+}
+
 void whiten(const LegData& data, const Vector& parameters, const MeasurementNoise& noise,
             WhitenedLeg& leg) {
-  data.model.linearise(parameters, data.poses, data.readings, leg.rows);
-  keep_estimated(data, leg.rows);
+  linearise_closures(data, parameters, leg.rows);
   const ChainInfo& chain = data.model.info();
   if (chain.closures == 1) {
     closure_variances(leg.rows, chain.pose_space, noise, leg.variances);
@@ -64,12 +68,14 @@ void linearise_readings(const LegData& data, const Vector& parameters, ClosureRo
   rows.closure = errors;
 }
 
-Vector reading_deviations(const LegData& data, const Vector& parameters,
-                          const MeasurementNoise& noise) {
+ReadingNoise reading_noise(const LegData& data, const Vector& parameters,
+                           const MeasurementNoise& noise) {
   ClosureRows rows;
   data.model.linearise_pose(parameters, data.poses, data.readings, rows);
   const Vector variances = closure_variances(rows, data.model.info().pose_space, noise);
-  return (variances.array() / rows.by_reading.array().square()).sqrt();
+  const Vector deviations = (variances.array() / rows.by_reading.array().square()).sqrt();
+  const double typical = std::sqrt(deviations.cwiseAbs2().mean());
+  return {typical, deviations / typical};
 }
 
 HeldNoise hold_noise(const LegData& data, const Vector& parameters, const MeasurementNoise& noise,
@@ -78,9 +84,8 @@ HeldNoise hold_noise(const LegData& data, const Vector& parameters, const Measur
   const ChainInfo& chain = data.model.info();
   if (in_readings) {
     // One factor for all poses: the cost stays the paper's.
-    const Vector deviations = reading_deviations(data, parameters, noise);
-    const double typical = std::sqrt(deviations.squaredNorm() / static_cast<double>(poses));
-    return {RowMatrix::Constant(poses, 1, 1 / typical), deviations / typical};
+    const auto [typical, relative] = reading_noise(data, parameters, noise);
+    return {RowMatrix::Constant(poses, 1, 1 / typical), relative};
   }
   // The transform is what decorrelation makes of the unit matrix.
   ClosureRows rows;

@@ -28,13 +28,20 @@ struct WhitenedLeg {
 void whiten(const LegData& data, const Vector& parameters, const MeasurementNoise& noise,
             WhitenedLeg& leg);
 
+// Closures and their derivatives by the estimated parameters.
+void linearise_closures(const LegData& data, const Vector& parameters, ClosureRows& rows);
+
 // g - psi on the sensor's turn in `rows.closure`, NaN where the leg does not reach, and dg/dparam
 // (Eqs. 8, 15) in `rows.by_parameters`.
 void linearise_readings(const LegData& data, const Vector& parameters, ClosureRows& rows);
 
-// Standard deviations of g - psi, pose by pose.
-Vector reading_deviations(const LegData& data, const Vector& parameters,
-                          const MeasurementNoise& noise);
+// Standard deviations of g - psi: a typical one, and of each pose in that.
+struct ReadingNoise {
+  double typical;
+  Vector relative;
+};
+ReadingNoise reading_noise(const LegData& data, const Vector& parameters,
+                           const MeasurementNoise& noise);
 
 // What a held noise makes of the residuals: of pose j those that are fitted are T_j times the
 // closures, or times g - psi.

@@ -113,10 +113,6 @@ RowMatrix LinearFit::covariance(const RowMatrix& held) const {
   return product(product(onto, any), onto.transpose());
 }
 
-Vector LinearFit::variances() const {
-  return clear() ? cholesky_.inverse_diagonal() : Vector(covariance().diagonal());
-}
-
 RowMatrix LinearFit::influence() const {
   return product(covariance(), by_parameters_->transpose()) * factors_.cwiseAbs2().asDiagonal();
 }

@@ -59,7 +59,6 @@ class LinearFit {
   // Of the least-squares estimate. Where something is unseen, of the one that rows `held`, as many
   // as there are such directions, take to zero; infinite without them.
   RowMatrix covariance(const RowMatrix& held = {}) const;
-  Vector variances() const;
   // How the estimate answers to errors of the rows of A, p x m.
   RowMatrix influence() const;
   // What of each row its own error makes the fit follow.

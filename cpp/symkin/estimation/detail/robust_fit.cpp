@@ -91,6 +91,7 @@ RobustStatistics robust_statistics(const Vector& squares, const std::vector<Inde
   double slope_squares = 0;
   double kept_rows = static_cast<double>(priors);
   double mean = kept_rows;
+  double taken = kept_rows;
   double variance = 2 * kept_rows;
   RobustStatistics found;
   found.sum_of_squares = prior_squares;
@@ -105,7 +106,7 @@ RobustStatistics robust_statistics(const Vector& squares, const std::vector<Inde
     const double square = squares[at] / (size * size);
     const BlockLoss::Value value = loss.at(square);
     const auto k = static_cast<double>(conditions[i]);
-    const double slope = value.weight + 2 * square * value.by_square / k;
+    const double slope = value.slope(square, conditions[i]);
     rows += k;
     psi_squares += value.weight * value.weight * square;
     weights += k * value.weight;
@@ -115,6 +116,7 @@ RobustStatistics robust_statistics(const Vector& squares, const std::vector<Inde
       ++found.kept;
       kept_rows += k;
       mean += loss.kept().mean;
+      taken += loss.kept().mean * loss.kept().taken;
       variance += loss.kept().variance;
       found.sum_of_squares += square / unit;
     }
@@ -126,7 +128,8 @@ RobustStatistics robust_statistics(const Vector& squares, const std::vector<Inde
   const double growth = 1 + p / rows * scatter / (b * b);
   found.variance = b > 0 ? a * weights / rows / (b * b) * growth * growth
                          : std::numeric_limits<double>::infinity();
-  const double share = 1 - p / kept_rows;
+  const double share =
+      p < kept_rows ? 1 - taken / mean * p / (rows + static_cast<double>(priors)) : 0;
   found.degrees_of_freedom = share > 0 ? share * 2 * mean * mean / variance : 0;
   found.chi_square =
       share > 0 ? found.sum_of_squares * found.degrees_of_freedom / (mean * share) : 0;
