@@ -316,9 +316,10 @@ CORRUPTIONS: Mapping[str, Corruption] = {
     "device scale 200 ppm": Corruption(scaled(2e-4), FRAME, assumed="scale"),
     "backlash 0.5 mm": Corruption(backlash(5e-4)),
     "backlash 0.1 mm": Corruption(backlash(1e-4)),
-    "growth 500 ppm": Corruption(growing(5e-4)),
-    "growth 50 ppm": Corruption(growing(5e-5)),
-    "sag": Corruption(poses(sagging)),
+    # On average over the rows a longer metre.
+    "growth 500 ppm": Corruption(growing(5e-4), ("grows",), assumed="scale"),
+    "growth 50 ppm": Corruption(growing(5e-5), ("grows",), assumed="scale"),
+    "sag": Corruption(poses(sagging), ("sags",), assumed="sag"),
     "a loose joint": Corruption(readings(loose)),
     "coarse readings": Corruption(
         readings(lambda _, r, __: np.round(r / np.ptp(r, axis=0) * 64) * np.ptp(r, axis=0) / 64),

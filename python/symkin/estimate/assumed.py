@@ -2,8 +2,8 @@
 """What an estimate takes as given though it is uncertain, and how far that moves the unknowns.
 
 The type B part of an uncertainty (GUM, JCGM 100:2008, 4.3): a held parameter, the target's place,
-the device's scale, a bed that is taken as flat. Least squares answers to first order with
-``G = (J'J + P)^-1 J'B``, where B is the change of the whitened rows.
+the device's scale, a bed that is taken as flat, a robot that is taken as stiff. Least squares
+answers to first order with ``G = (J'J + P)^-1 J'B``, where B is the change of the whitened rows.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from symkin import _core
 from symkin.errors import SymkinError
 from symkin.estimate.problem import Problem
-from symkin.estimate.unknowns import BED, SCALE, Layout
+from symkin.estimate.unknowns import BED, SAG, SCALE, Layout
 from symkin.estimate.whitened import information_of, whitened_rows
 from symkin.model.core_setup import scalar_values
 from symkin.values import Value, record
@@ -40,7 +40,8 @@ class Assumed(Value):
     ----------
     name, unit : str
         A scalar that is held, such as ``target.x``; ``scale`` of the device, relative; ``bed``,
-        how far its rim is above its middle.
+        how far its rim is above its middle; ``sag``, how much lower the outermost pose was
+        measured than the middle.
     deviation : float
         The declared standard deviation.
     moves : ndarray, shape (columns,)
@@ -61,7 +62,7 @@ def assumed_of(problem: Problem, fit: _core.JointFit) -> tuple[Assumed, ...]:
     Raises
     ------
     SymkinError
-        For a bed without heights.
+        For a bed without heights, and a sag without positions.
     """
     layout = problem.layout
     declared = layout.declared(problem.options.assume or {})
@@ -97,6 +98,8 @@ def moved_by(
             changed = rows @ (values * layout.length_powers)[named]
         elif name == BED:
             changed = _bowed(layout, rows, poses, touched)
+        elif name == SAG:
+            changed = _sagging(layout, rows, poses)
         else:
             changed = rows[:, :, _place_of(name, layout)]
         moves = answer @ np.einsum("nri,nr->i", own, changed)
@@ -115,6 +118,23 @@ def _bowed(layout: Layout, rows: Array, poses: Array, touched: NDArray[np.bool_]
     squares = np.where(touched, np.sum(poses[:, :2] ** 2, axis=1), 0.0)
     plane = rows[:, :, _place_of("plane.c0", layout)]
     return np.asarray(plane * (squares / squares.max())[:, None])
+
+
+def _sagging(layout: Layout, rows: Array, poses: Array) -> Array:
+    """Change of the whitened rows with how much lower the outermost pose is than the middle.
+
+    With the square of the distance; down is against the last axis of the device's frame.
+    """
+    axes = [name for name in layout.scalars if name in ("base.x", "base.y", "base.z")]
+    known = np.isfinite(poses).all(axis=1)
+    squares = np.zeros(len(poses))
+    if axes and known.any():
+        places = poses[known, : len(axes)]
+        squares[known] = np.square(places - places.mean(axis=0)).sum(axis=1)
+    raised = rows[:, :, _place_of(axes[-1], layout)] if axes else np.zeros(rows.shape[:2])
+    if not squares.any() or not raised.any():
+        raise SymkinError(f'assume "{SAG}" is of positions that were measured; none was')
+    return np.asarray(raised * -(squares / squares.max())[:, None])
 
 
 def with_assumed(covariance: Array, assumed: Sequence[Assumed]) -> Array:

@@ -131,8 +131,9 @@ def identify(
     assume : mapping of str to float or str, optional
         How far what is not estimated may be from what is assumed: a standard deviation for each
         pattern of what is held (``{"target": "0.5 mm", "sensor_gain": 1e-4}``), for ``"scale"``,
-        that of the measuring device, and for ``"bed"``, how far the rim of a probed bed may be
-        above its middle. Deviations and expected errors contain it, see `Expected.budget`.
+        that of the measuring device, for ``"bed"``, how far the rim of a probed bed may be above
+        its middle, and for ``"sag"``, how much lower the outermost pose may be measured than the
+        middle. Deviations and expected errors contain it, see `Expected.budget`.
     drift : sequence of {"leg", "frame"}, optional
         What may drift with time, from end to end: what the sensor of each leg shows, where the
         base is to the measuring device. Time is the measurements' `times`, or their order; the

@@ -325,7 +325,9 @@ class Problem:
         """Where the latent poses start, by where the base is in each row."""
         setup, measured = self.setup, self.measurements
         columns = [each.values for each in self.covariates if each.of == "base"]
-        moves = np.column_stack(columns or [np.zeros((len(measured), 0))]) @ setup.base_slopes
+        if not columns:
+            return starting_poses(self.mechanism, setup, measured, self.noise)
+        moves = np.column_stack(columns) @ setup.base_slopes
         poses = np.full(measured.poses.shape, np.nan)
         different, group = np.unique(moves, axis=0, return_inverse=True)
         turns = rotations_from_vectors(different[:, 3:])

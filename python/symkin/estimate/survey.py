@@ -32,7 +32,7 @@ from symkin.estimate.covariates import Covariate, observations_of, slopes_of
 from symkin.estimate.options import EstimateOptions
 from symkin.estimate.problem import Problem, layout_of
 from symkin.estimate.starting import starting_poses
-from symkin.estimate.unknowns import BED, SCALE, Layout, Priors, Sensor, with_file_settings
+from symkin.estimate.unknowns import BED, SAG, SCALE, Layout, Priors, Sensor, with_file_settings
 from symkin.estimate.whitened import typical_sizes
 from symkin.model.core_setup import core_setup, scalar_values
 from symkin.model.mechanism import Mechanism
@@ -61,7 +61,7 @@ _FEW_POSES = 200  # at which ranks are taken
 _BLOCK = 4096  # poses whose effects are held together
 SILENT = 0.9  # of a prior's deviation: the data will say next to nothing
 _TRACKED = frozenset({"pose", "position", "distance", "height"})  # positions beside points
-_BESIDE = (SCALE, BED, "target", "plane")  # are no part of the robot
+_BESIDE = (SCALE, BED, SAG, "target", "plane")  # are no part of the robot
 PRIORS_HOLD = 'prior "tolerances" holds parameters; a prior of its own, or fixed, anything'
 
 

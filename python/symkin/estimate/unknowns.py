@@ -28,6 +28,7 @@ __all__ = [
     "CONSTANT",
     "FRAMES",
     "REDUNDANT",
+    "SAG",
     "SCALE",
     "Gauge",
     "Layout",
@@ -51,7 +52,7 @@ _CURVATURE = {
 }
 CONSTANT = "a constant of the description"
 REDUNDANT = "since the sensor's offset does the same"
-SCALE, BED = "scale", "bed"  # what may be assumed besides scalars
+SCALE, BED, SAG = "scale", "bed", "sag"  # what may be assumed besides scalars
 _NO_TOLERANCE = 1e-6  # m or rad: next to what is made within a tolerance, as good as held
 _TERMS = ("sensor_quadratic", "sensor_cosine", "sensor_sine")
 
@@ -309,11 +310,11 @@ class Layout(Value):
         held_ones = np.flatnonzero(~self.by_columns.any(axis=1)).tolist()
         found: dict[str, tuple[str, float]] = {}
         for pattern, given in assume.items():
-            if pattern in (SCALE, BED):
+            if pattern in (SCALE, BED, SAG):
                 unit = "" if pattern == SCALE else "m"
                 found[pattern] = unit, _deviation(pattern, given, unit, "assumption")
                 continue
-            matched = sorted(names.matching("assume", [pattern], (SCALE, BED)))
+            matched = sorted(names.matching("assume", [pattern], (SCALE, BED, SAG)))
             held = [scalar for scalar in matched if scalar in held_ones]
             if not held:
                 raise SymkinError(

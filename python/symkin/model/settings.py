@@ -334,8 +334,8 @@ class IdentificationSettings(_Settings):
     sensor, gauge, loss_per : str or None
         See `identify`.
     assume : mapping of str to float or str, or None
-        A standard deviation for each pattern of what is held, for ``"scale"`` and ``"bed"``; in a
-        file the section ``[assumed]``.
+        A standard deviation for each pattern of what is held, for ``"scale"``, ``"bed"`` and
+        ``"sag"``; in a file the section ``[assumed]``.
     drift, step : tuple of str or None
         Of ``"leg"`` and ``"frame"``; rows, such as ``"63"`` or ``"frame:63"``.
     growth, backlash : bool or None

@@ -103,6 +103,32 @@ def test_a_bed_that_is_bowed_moves_the_estimate_as_it_is_told():
     assert bed.share + observations.share == pytest.approx(1)
 
 
+@pytest.mark.parametrize("name", ["3RRR", "linear_delta", "hexapod_jugglebot"])
+def test_a_robot_that_sags_moves_the_estimate_as_it_is_told(name):
+    robot = symkin.load(name)
+    measured = symkin.simulate(robot, planned(robot, 30), 1).measurements
+    how = {"prior": "tolerances", "estimator": "joint"}
+    found = symkin.identify(robot, measured, assume={"sag": "0.1 mm"}, **how)
+    places = found.latent_poses[:, : robot.space.size]
+    squares = np.square(places - places.mean(axis=0)).sum(axis=1)
+    lower = measured.poses.copy()
+    lower[:, robot.space.size - 1] -= 1e-4 * squares / squares.max()
+    again = symkin.identify(robot, dataclasses.replace(measured, poses=lower), **how)
+    agrees(found.assumed[0].moves, change_of(found, again, 1e-4))
+    observations, sag = found.expected.budget
+    assert sag.source == "sag"
+    assert sag.share > 0.01
+    assert sag.share + observations.share == pytest.approx(1)
+
+
+def test_a_sag_of_positions_that_nobody_measured_is_refused():
+    robot = symkin.load("linear_delta")
+    probe = planned(robot, 40, observe="height")
+    heights = symkin.simulate(robot, probe, 1, observe="height").measurements
+    with pytest.raises(SymkinError, match='assume "sag" is of positions that were measured'):
+        symkin.identify(robot, heights, assume={"sag": "0.1 mm"})
+
+
 def test_the_budget_says_where_the_error_comes_from(assumed):
     """Figures of the 3-RRR are those that another program found."""
     lines = {line.source: line for line in assumed.expected.budget}
@@ -149,7 +175,11 @@ def test_what_is_held_without_a_word_is_noted(robot, measured, assumed):
     held = symkin.identify(robot, measured, **GAINS)
     (note,) = (each for each in held.notes if each.code == "held-as-exact")
     assert "leg1.sensor_gain, leg2.sensor_gain, leg3.sensor_gain, scale (of " in str(note)
-    assert "held-as-exact" not in {each.code for each in assumed.notes}
+    (note,) = (each for each in assumed.notes if each.code == "held-as-exact")
+    assert str(note).startswith("sag is held and taken as exact")
+    declared = {"scale": 1e-4, "target": "1 mm", "sensor_gain": 1e-3, "sag": "0.1 mm"}
+    found = symkin.identify(robot, measured, assume=declared, **GAINS)
+    assert "held-as-exact" not in {each.code for each in found.notes}
 
 
 def test_an_estimate_with_assumptions_loads_back(assumed, tmp_path):
@@ -181,6 +211,7 @@ def test_the_file_says_what_is_assumed(robot, measured, assumed, tmp_path):
         ({"target.x": "-1 mm"}, 'assumption of "target.x" is -1 mm; expected a positive'),
         ({"scale": "1 mm"}, 'the assumption of "scale"'),
         ({"bed": "0.1 mm"}, "no height was observed"),
+        ({"sag": 1e-3, "scale": "1 mm"}, 'the assumption of "scale"'),
     ],
 )
 def test_an_assumption_that_means_nothing_is_refused(robot, measured, declared, said):
@@ -196,11 +227,12 @@ def test_an_estimator_of_single_legs_is_refused(robot, measured):
 def test_what_the_device_is_taken_to_know_is_noted_until_it_is_declared(robot, measured):
     """No residual shows a longer metre or another target: a sound robot explains both."""
     scale, target = "scale (of the measuring device)", "target (its place on the platform)"
+    sag = "sag"
     ways = [
-        ({}, (scale, target)),
-        ({"assume": {"scale": 1e-4}}, (target,)),
-        ({"frames": ["target"], "prior": "tolerances"}, (scale,)),
-        ({"assume": {"scale": 1e-4, "target": "1 mm"}}, ()),
+        ({}, (scale, target, sag)),
+        ({"assume": {"scale": 1e-4}}, (target, sag)),
+        ({"frames": ["target"], "prior": "tolerances"}, (scale, sag)),
+        ({"assume": {"scale": 1e-4, "target": "1 mm", "sag": "1 mm"}}, ()),
     ]
     for asked, names in ways:
         notes = symkin.identify(robot, measured, **asked).notes

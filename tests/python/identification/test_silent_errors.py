@@ -572,3 +572,20 @@ def test_poses_that_nobody_planned_are_no_reason_for_doubt():
         found = symkin.identify(robot, symkin.simulate(robot, plan, seed).measurements)
         assert found.trustworthy
         assert {"parameters-weak", "parameters-unneeded"} & {note.code for note in found.notes}
+
+
+@pytest.mark.parametrize(("name", "estimator"), [("3RRR", "implicit"), ("rotary_delta", "joint")])
+def test_positions_that_are_off_with_the_square_of_the_distance_are_told(name, estimator):
+    robot = symkin.load_mechanism(name)
+    taken = symkin.simulate(robot, robot.plan(40), 1).measurements.for_all_legs()
+    assert symkin.identify(robot, taken, estimator).trustworthy
+    last = robot.space.size - 1
+    away = taken.poses[:, : last + 1] - taken.poses[:, : last + 1].mean(axis=0)
+    squares = np.square(away).sum(axis=1)
+    poses = np.array(taken.poses)
+    poses[:, last] -= 1e-3 * squares / squares.max()
+    doubts = symkin.identify(robot, replace(taken, poses=poses), estimator).doubts
+    (told,) = (each for each in doubts if each.code == "sags")
+    assert told.figures["component"] == robot.space.position[last]
+    assert told.size == pytest.approx(-1e-3, abs=4e-4)
+    assert told.p < 1e-3

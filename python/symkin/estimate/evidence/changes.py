@@ -38,6 +38,7 @@ __all__ = [
     "largest_of_steps",
     "rows_of_changes",
     "step_scores",
+    "usual",
     "whole_change",
 ]
 
@@ -153,13 +154,13 @@ def change_tests(found: Found, apart: Sequence[int] = ()) -> tuple[ChangeTest, .
     drop, count = max(drops.values())
     scale = np.sqrt(max((square - drop) / max(rows.spare - count, 1), 1.0))
     counts = {step: sum((each.what == "step") == step for each in terms) for step in (False, True)}
-    tests, usual = [], _usual(square, rows.spare)
+    tests, before = [], usual(square, rows.spare)
     names, units = _names(found, terms)
     for term, name, unit in zip(terms, names, units, strict=True):
         length = np.linalg.norm(term.left)
         statistic = -float(np.sum(term.left * rows.residual) / length / scale)
         drop, many = drops[term.kind]
-        left_over = _usual(square - drop, rows.spare - many)
+        left_over = usual(square - drop, rows.spare - many)
         tests.append(
             ChangeTest(
                 what=term.what,
@@ -174,13 +175,13 @@ def change_tests(found: Found, apart: Sequence[int] = ()) -> tuple[ChangeTest, .
                 limit=ALARMS / counts[term.what == "step"],
                 seen=float(length / term.length),
                 explains=left_over or drop > (square - rows.spare) / 2,
-                whole=left_over and not usual,
+                whole=left_over and not before,
             )
         )
     return tuple(tests)
 
 
-def _usual(square: float, degrees: int) -> bool:
+def usual(square: float, degrees: int) -> bool:
     """Whether a sound robot may have such a chi-square."""
     return degrees > 0 and bool(_core.chi_square_tail(max(square, 0.0), degrees) > FALSE_ALARMS)
 

@@ -182,6 +182,11 @@ DOUBTS: Mapping[str, Code] = {
         "sags, a joint is not where the chain has it, or the measuring device is distorted"
         "{evidence}"
     ),
+    "sags": Code(
+        "measured positions are off in {component} by {amount} at the outermost pose, with the "
+        "square of the distance from the middle: something bends or sags, or the measuring device "
+        "is distorted{evidence}"
+    ),
     # What changed while it was measured.
     "drifts": Code(
         "{whose} drifts by {amount} from the first to the last row{evidence}",
@@ -291,7 +296,7 @@ NOTES: Mapping[str, Code] = {
         "The data say next to nothing of {names}: what stands there is the prior."
     ),
     "held-as-exact": Code(
-        "{names} {be} held and taken as exact, which deviations and expected errors rest on",
+        "{names} {be} held and taken as exact",
         "declare how far off {it} may be: assume, in the file [assumed]",
     ),
     "noise-estimated": Code(

@@ -48,6 +48,7 @@ from symkin.estimate.evidence.residuals import (
     doubts_of_residuals,
     tests_of,
 )
+from symkin.estimate.evidence.sag import doubts_of_sag
 from symkin.estimate.evidence.sessions import (
     SESSIONS,
     doubts_of_sessions,
@@ -70,7 +71,7 @@ _SHAPES = {
     *_SENSORS,
     *CHANGES,
     *SESSIONS,
-    *("depends-on-pose", "neighbours-alike", "neighbours-opposite"),
+    *("depends-on-pose", "sags", "neighbours-alike", "neighbours-opposite"),
     *("legs-together", "estimators-disagree", "rows-unlike"),
 }
 # What a change while it was measured brings about, too.
@@ -155,7 +156,8 @@ def _noticed(
     # Where poses hardly tell parameters apart, first-order statistics say nothing of a model.
     told_apart = all(leg.condition <= CONDITION_LIMIT for leg in found.legs)
     far = not told_apart or _all_is_far_off(found)
-    changes = [] if far else _changes(found, [each.row for each in outliers])
+    apart = [each.row for each in outliers]
+    changes = [] if far else _changes(found, apart)
     if (found.unexplained or not found.converged) and whole_change(changes) is None:
         changes = shift_that_explains(found) or changes
     symptoms += changes
@@ -163,6 +165,7 @@ def _noticed(
         if not far:
             symptoms += doubts_of_rows(found, outliers)
             symptoms += _doubts_of_the_model(found, tests, alternatives(), model)
+            symptoms += [] if changes else doubts_of_sag(found, apart)
         symptoms += implausible_parameters(found)
     if changes:  # which say what is alike
         symptoms = [each for each in symptoms if not each.code.startswith("neighbours-")]

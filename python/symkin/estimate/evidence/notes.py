@@ -16,7 +16,7 @@ from symkin.estimate.fit import changed_settings
 from symkin.estimate.found import Found
 from symkin.estimate.precision import Heights
 from symkin.estimate.problem import Problem
-from symkin.estimate.unknowns import SCALE
+from symkin.estimate.unknowns import SAG, SCALE
 from symkin.model.symmetry.groups import detect_symmetry
 
 __all__ = ["notes_of"]
@@ -36,6 +36,7 @@ def notes_of(
         yield Note("search-cut-short")
     for words in found.measurements.notes:
         yield Note("columns-unread", figures={"words": words})
+    yield from _held_as_exact(found)
     yield from unneeded_parameters(found)
     yield from weak_parameters(found)
     if found.gauge:
@@ -45,7 +46,6 @@ def notes_of(
         yield from (Note("heights", figures={"words": words}) for words in heights.notes)
     elif silent:
         yield Note("priors-stand", figures={"names": few(silent, _LISTED)})
-    yield from _held_as_exact(found)
     if found.unguarded:
         rows = tuple(found.measurements.row_numbers[list(found.unguarded)].tolist())
         numbers = ", ".join(map(str, rows))
@@ -91,6 +91,8 @@ def _of_the_device(found: Found, known: Collection[str]) -> Iterator[str]:
     blocks = {each.partition(".")[0] for each in (*known, *(own.name for own in found.unknowns))}
     if positions and _TARGET not in blocks:
         yield f"{_TARGET} (its place on the platform)"
+    if (positions or points) and SAG not in known:
+        yield SAG
 
 
 def _exchanges(found: Found, probed: bool, doubts: Sequence[Doubt]) -> Iterator[tuple[int, ...]]:

@@ -1,0 +1,86 @@
+# SPDX-License-Identifier: MIT
+"""A test for positions that are off with the square of the distance from the middle of all.
+
+So is a platform that sags the more the further out it is, and what a distorted device measures. A
+test of one term sees it where that of all coordinates and their squares does not, and so much of it
+looks like other parameters that a robot is worse for it long before.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin import _core
+from symkin.errors import SymkinError
+from symkin.estimate.evidence.changes import Rows, rows_of_changes, usual
+from symkin.estimate.evidence.findings import Doubt
+from symkin.estimate.evidence.residuals import ALARMS
+from symkin.estimate.found import Found
+from symkin.model.framing import unframed
+
+__all__ = ["doubts_of_sag"]
+
+Array = NDArray[np.float64]
+_SEEN = 1e-3  # of a column, at least, that other unknowns leave
+
+
+def doubts_of_sag(found: Found, apart: Sequence[int] = ()) -> Iterator[Doubt]:
+    """Say it of the coordinate that shows it most, without the poses that are outliers.
+
+    All coordinates together alarm for one of 2000 sound robots.
+    """
+    try:
+        rows = rows_of_changes(found, apart)
+    except SymkinError:
+        return
+    if rows is None or rows.spare < 1:
+        return
+    columns = _columns(found, rows)
+    if not columns:
+        return
+    stacked = np.column_stack([column.ravel() for column in columns.values()])
+    stacked /= np.linalg.norm(stacked, axis=0)
+    explained = stacked @ np.linalg.lstsq(stacked, rows.residual.ravel(), rcond=1e-8)[0]
+    square, drop = (float(np.square(each).sum()) for each in (rows.residual, explained))
+    spare = rows.spare - len(columns)
+    scale = np.sqrt(max((square - drop) / max(spare, 1), 1.0))
+    scores = {
+        name: -float(np.sum(column * rows.residual)) / np.linalg.norm(column) / scale
+        for name, column in columns.items()
+    }
+    worst = max(scores, key=lambda name: abs(scores[name]))
+    p_value = float(_core.chi_square_tail(scores[worst] ** 2, 1))
+    accounted = usual(square - drop, spare) or drop > (square - rows.spare) / 2
+    if p_value >= ALARMS / len(columns) or not accounted:
+        return
+    deviation = float(scale / np.linalg.norm(columns[worst]))
+    size = scores[worst] * deviation
+    figures = {
+        "component": worst,
+        "amount": f"{1e3 * size:+.3g} +- {1e3 * deviation:.2g} mm",
+        "evidence": f" ({abs(scores[worst]):.1f} standard deviations, p {p_value:.1g})",
+    }
+    yield Doubt("sags", size=size, p=p_value, figures=figures)
+
+
+def _columns(found: Found, rows: Rows) -> dict[str, Array]:
+    """What a millimetre at the outermost pose does to the rows, less what the unknowns explain."""
+    poses = found.latent_poses
+    if found.legs:
+        poses = unframed(found.mechanism.replace(frames=None), found.measurements.poses)
+    places = poses[rows.order, : found.nominal.space.size]
+    squares = np.square(places - places.mean(axis=0)).sum(axis=1)
+    if not squares.size or not 0 < squares.max() < np.inf:
+        return {}
+    columns = {}
+    for name in found.nominal.space.position:
+        if name not in rows.components:
+            continue
+        column = rows.by_base[..., rows.components.index(name)] * (squares / squares.max())[:, None]
+        left = rows.left(column)
+        if np.linalg.norm(left) > _SEEN * np.linalg.norm(column):
+            columns[name] = left
+    return columns
