@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import SymkinError, did_you_mean, one_of
+from symkin.files.declared_forms import box_of, home_values, written_out
 from symkin.files.declared_parts import LegBuilder, rotation_of, stays_in_plane, transform_matrix
 from symkin.model.declared import DeclaredChain, declare, declared_chain
 from symkin.model.poses import (
@@ -38,6 +39,7 @@ _COMPARES = {
     ("pose", True): "planar pose",
     ("point", True): "planar point",
 }
+_WHERE = ("planar", "spatial")  # a rigid platform moves
 _CLOSES = {"spatial": "pose", "planar": "pose", "point": "point", "translating": "point"}
 
 
@@ -49,6 +51,7 @@ def with_declared_chains(source: TomlSource) -> TomlSource:
     MechanismFileError
         With the line and the key of what cannot be a leg.
     """
+    source = written_out(source)
     tables = source.values.get("chains")
     if tables is None:
         return source
@@ -60,6 +63,7 @@ def with_declared_chains(source: TomlSource) -> TomlSource:
     if isinstance(workspace, dict):
         values["workspace"] = {name: each for name, each in workspace.items() if name != "free"}
     names: dict[str, tuple[str, ...]] = {}
+    space = None
     for label in tables:
         place = ("chains", label)
         try:
@@ -69,10 +73,18 @@ def with_declared_chains(source: TomlSource) -> TomlSource:
             readings = _declared(label, given, values)
             names[label] = tuple(map(declare, readings))
             names |= {each.label: (each.name,) for each in readings if each.reading}
+            space = POSE_SPACES[readings[0].pose_space]
         except WrongValueError as error:
             raise source.error((*place, *error.keys), str(error)) from error
         except SymkinError as error:
             raise source.error(place, str(error)) from error
+    if values.get("platform") in _WHERE:
+        del values["platform"]  # which the legs say
+    if space is not None and isinstance(values.get("workspace"), dict):
+        try:
+            values["workspace"] = box_of(values["workspace"], space, free)
+        except WrongValueError as error:
+            raise source.error(("workspace", *error.keys), str(error)) from error
     default = names.get(str(values.get("chain")), ())
     if len(default) == 1:
         values["chain"] = default[0]
@@ -155,9 +167,15 @@ def _declared(label: str, table: Any, file: _Values) -> list[DeclaredChain]:
         if key not in _KEYS:
             raise WrongValueError(f"unknown key{did_you_mean(key, _KEYS)}", (key,))
     parts = [table.get(key, []) for key in ("path", "platform_path", "rods", "loops")]
-    builder = LegBuilder(planar=stays_in_plane(parts))
+    planar = stays_in_plane(parts)
+    pose_space = _pose_space(file.get("platform", "rigid"), planar)
+    if pose_space not in POSE_SPACES:
+        raise SymkinError(f"platform {pose_space!r} is none that legs are declared for")
+    space = POSE_SPACES[pose_space]
+    if space.size == 2 and not planar:
+        raise WrongValueError("leaves the plane, in which the platform moves", ("path",))
+    builder = LegBuilder(planar=planar, turn=space.rotation[0] if len(space.rotation) == 1 else "")
     builder.read_path(table.get("path", []), whole="platform_path" in table or "rods" in table)
-    pose_space = _pose_space(file.get("platform", "rigid"), builder.planar)
     builder.read_platform_path(table.get("platform_path", []))
     rods = table.get("rods", [])
     closes = table.get("closes", "" if rods else _CLOSES.get(pose_space, "rotation"))
@@ -165,10 +183,10 @@ def _declared(label: str, table: Any, file: _Values) -> list[DeclaredChain]:
         closes = "point"
     if closes:
         one_of("closes", closes, ("pose", "point", "rotation"))
-        if (closes, POSE_SPACES[pose_space].size == 2) not in _COMPARES:
+        if (closes, space.size == 2) not in _COMPARES:
             raise WrongValueError("a leg in the plane closes on a pose or a point", ("closes",))
-        builder.close(_COMPARES[closes, POSE_SPACES[pose_space].size == 2])
-    planar = POSE_SPACES[pose_space].size == 2
+        builder.close(_COMPARES[closes, space.size == 2])
+    planar = space.size == 2
     read_at("rods", list_of(Kind(builder.read_rod, {})), rods)
     of_loop = Kind(lambda raw: builder.read_loop(raw, planar=planar), {})
     read_at("loops", list_of(of_loop), table.get("loops", []))
@@ -195,6 +213,8 @@ def _home_pose(table: _Values, file: _Values, pose_space: str) -> list[float]:
     else:
         units = space.units
         free = table.get("free") or list(units)
+        if isinstance(given, dict):
+            given = home_values(given, space, free)
         names = list(units) if len(given) == space.dof else list(free)
         if len(given) != len(names):
             raise WrongValueError(f"home has {len(given)} values; expected {', '.join(names)}")

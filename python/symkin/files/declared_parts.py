@@ -56,6 +56,7 @@ _EXPECTED = (
     "brackets where a sensor reads, or a transform { name = ..., x = ... }"
 )
 Step = tuple[str, int]
+_POSE_YAW = -2  # as the core has it
 
 
 def rotation_of(axis: str, angle: float) -> Array:
@@ -87,8 +88,9 @@ def transform_matrix(values: Mapping[str, float], *, turned: bool = True) -> Arr
 class LegBuilder:
     """A leg while its tables are read."""
 
-    def __init__(self, *, planar: bool) -> None:
+    def __init__(self, *, planar: bool, turn: str = "") -> None:
         self.planar = planar
+        self.turn = turn  # what the platform's turn about z is called, which joints may follow
         self.joints: list[tuple[str, tuple[float, ...], bool, int, float, float]] = []
         self.names: list[str] = []  # of the joints
         self.values: list[dict[str, float]] = []  # of the transforms
@@ -323,6 +325,10 @@ class LegBuilder:
         found = _RULE.fullmatch(rule.strip())
         if found is None:
             raise WrongValueError(f'follows "{rule}"; expected such as "-a" or "2 a + 0.3 rad"')
+        if found["joint"] == self.turn and self.turn not in self.names:
+            ratio = float(found["ratio"] or 1) * (-1 if found["sign"] else 1)
+            offset = evaluate_quantity(found["offset"], "rad") if found["offset"] else 0.0
+            return _POSE_YAW, ratio, -offset if found["plus"] == "-" else offset
         if found["joint"] not in self.names:
             raise WrongValueError(
                 f"follows {found['joint']}, no joint before it"

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin import _core
+from symkin.analysis.second_order import second_order
 from symkin.analysis.workspace import (
     inside_workspace,
     interpolated,
@@ -186,22 +187,43 @@ def _held_of_declared(mechanism: Mechanism) -> list[str]:
     """Which numbers of declared legs are held by their structure, and which by the file."""
     exact: dict[tuple[str, ...], list[int]] = {}
     redundant: dict[tuple[str, ...], list[int]] = {}
+    hardly: dict[tuple[str, ...], list[int]] = {}
+    largest, seen = 0.0, dict[tuple[str, tuple[str, ...]], dict[str, float]]()
     for leg, names in enumerate(mechanism.held):
         declared = declared_chain(mechanism.chains[leg])
         said = declared.exact if declared else []
-        for found, legs in ((True, exact), (False, redundant)):
-            own = tuple(name for name in names if (name in said) == found)
+        alike = mechanism.chains[leg], names
+        if alike not in seen:
+            seen[alike] = second_order(mechanism, leg, tuple(said))
+        effects = seen[alike]
+        largest = max(largest, *effects.values(), 0.0)
+        for legs, own in (
+            (exact, [name for name in names if name in said]),
+            (redundant, [name for name in names if name not in said and name not in effects]),
+            (hardly, [name for name in names if name in effects]),
+        ):
             if own:
-                legs.setdefault(own, []).append(leg)
+                legs.setdefault(tuple(own), []).append(leg)
     sentences = []
-    for legs, why in ((redundant, "redundant by structure"), (exact, "called exact by the file")):
+    for legs, why in (
+        (redundant, "redundant by structure"),
+        (hardly, "of second order"),
+        (exact, "called exact by the file"),
+    ):
         for names, which in legs.items():
             of_legs = "" if len(which) == len(mechanism.legs) else f" of {named_legs(which)}"
             sentences.append(f"Held as drawn: {', '.join(names)}{of_legs}; {why}.")
     if redundant:
         sentences.append(
-            "What is redundant by structure shows nothing at the drawn geometry that the others do "
-            "not show; errors within the tolerances make it visible in second order at most."
+            "What is redundant by structure does what others do, with errors within the tolerances "
+            "too."
+        )
+    if hardly:
+        effect = milli(largest, mechanism.space.closure_unit)
+        sentences.append(
+            "What is of second order shows nothing at the drawn geometry that the others do not "
+            f"show, and with errors within the tolerances at most {effect} of a leg's closure, "
+            "root mean square, which stays in the residuals."
         )
     return sentences
 
