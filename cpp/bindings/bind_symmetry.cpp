@@ -2,6 +2,7 @@
 #include "bindings.hpp"
 #include "symkin/chains/registry.hpp"
 #include "symkin/symmetry/action.hpp"
+#include "symkin/symmetry/carrying.hpp"
 #include "symkin/symmetry/detection.hpp"
 #include "symkin/symmetry/generation.hpp"
 #include "symkin/symmetry/group.hpp"
@@ -195,6 +196,24 @@ void bind_pairs(py::module_& module) {
       .def_readonly("continuous_base", &PairSymmetry::continuous_base)
       .def_readonly("continuous_platform", &PairSymmetry::continuous_platform);
   module.def("apart", &symkin::apart, py::arg("a"), py::arg("b"), py::arg("size") = 1.0);
+  module.def(
+      "carried_leg",
+      [](const symkin::Mechanism& mechanism, symkin::Index leg, const SymmetryPair& pair,
+         symkin::Index like) {
+        const symkin::ChainInfo& chain = mechanism.model(leg).info();
+        symkin::Leg image =
+            symkin::carried_leg(chain, mechanism.leg(leg), pair, mechanism.leg(like));
+        return std::pair(std::move(image.parameters), image.working_mode);
+      },
+      py::arg("mechanism"), py::arg("leg"), py::arg("pair"), py::arg("like"));
+  module.def(
+      "carried_derivatives",
+      [](const symkin::Mechanism& mechanism, symkin::Index leg, const SymmetryPair& pair,
+         symkin::Index like) {
+        return symkin::carried_derivatives(mechanism.model(leg).info(), mechanism.leg(leg), pair,
+                                           mechanism.leg(like));
+      },
+      py::arg("mechanism"), py::arg("leg"), py::arg("pair"), py::arg("like"));
   module.def("pair_of", &symkin::pair_of, py::arg("group"), py::arg("element"));
   module.def("find_pairs", &symkin::find_pairs, py::arg("mechanism"), py::arg("home"),
              py::arg_v("tolerance", SymmetryTolerance{}, "SymmetryTolerance()"));

@@ -4,6 +4,7 @@
 // The groups that carry a mechanism onto itself: their action on poses, legs, modes and readings,
 // detection and verification.
 #include "symkin/symmetry/action.hpp"
+#include "symkin/symmetry/carrying.hpp"
 #include "symkin/symmetry/detection.hpp"
 #include "symkin/symmetry/generation.hpp"
 #include "symkin/symmetry/group.hpp"

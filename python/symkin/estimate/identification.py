@@ -106,11 +106,12 @@ def identify(
     fixed : sequence of str, optional
         Patterns of what is not, whatever else says so.
     shared : sequence of str, optional
-        Patterns of parameters that differ from the drawing by the same amount in all legs that the
-        pattern matches.
+        Patterns of parameters that differ from the drawing together, in all legs that the pattern
+        matches: by the same amount, mirror images by the opposite where a mirror does so.
     tie : sequence of str, optional
         Equations of the legs' parameters: ``leg1.distal_length = leg2.distal_length``, with factors
-        and sums (``leg1.a + leg1.b = 0.4 m``). Parameters that are equal, or multiples, are one
+        and sums (``leg1.a + leg1.b = 0.4 m``), or ``distal_length by role`` for what a symmetry
+        carries onto each other. Parameters that are equal, or multiples, are one
         draw of the workshop, with one tolerance; of a sum that is stated all keep theirs.
     prior : "tolerances", or mapping of str to float or str, optional
         Standard deviations about the drawing: the tolerances of everything unknown that has one, or

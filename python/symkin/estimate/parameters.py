@@ -4,19 +4,21 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 from typing import ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symkin.estimate.problem import UNSEEN
+from symkin.estimate.sharing import sum_in_words
 from symkin.estimate.unknowns import CONSTANT, REDUNDANT, Layout
 from symkin.model.core_setup import core_setup, scalar_values
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import Frames
 from symkin.values import Value, field, record
 
-__all__ = ["Status", "Unknown", "unknowns_of"]
+__all__ = ["Status", "Unknown", "shared_by_role", "unknowns_of"]
 
 Array = NDArray[np.float64]
 
@@ -153,9 +155,24 @@ def unknowns_of(
     return tuple(found)
 
 
+def shared_by_role(unknowns: Sequence[Unknown]) -> tuple[str, ...]:
+    """Say which shared parameters do not change by the same amount, as equations of the changes."""
+    firsts: dict[int, str] = {}
+    for each in unknowns:
+        if each.column >= 0:
+            firsts.setdefault(each.column, each.name)
+    return tuple(
+        f"{each.name} = {sum_in_words((factor, firsts[column]) for column, factor in each.moves)}"
+        for each in unknowns
+        if each.column < 0 and each.status != "tied" and each.moves
+    )
+
+
 def _status(layout: Layout, scalar: int, deviation: float, hidden: Array) -> Status:
     column = layout.column[scalar]
-    if any(scalar == each for each, _, _ in layout.ties):
+    if scalar in layout.roles:
+        column = next(each for own, each, _ in layout.ties if own == scalar)
+    elif any(scalar == each for each, _, _ in layout.ties):
         return "tied"
     if column < 0:
         reasons: dict[str, Status] = {

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import SymkinError, did_you_mean, one_of
+from symkin.estimate.sharing import followers_by_role, written_tie
 from symkin.estimate.ties import Solved, equation_of, solved
 from symkin.model.chains import ABSENT
 from symkin.model.core_setup import scalar_values
@@ -80,6 +81,8 @@ class Layout(Value):
         Standard deviation of each column about its start; infinite without a prior.
     ties : tuple of (int, int, float)
         Scalars without a column of their own that follow columns, and by which factors.
+    roles : tuple of int
+        Those of them that are shared: mirror images, or mixed by a turn about a tilted axis.
     sums : tuple of int
         Those of them that keep a prior of their own, since a sum was stated.
     shift : ndarray
@@ -94,6 +97,7 @@ class Layout(Value):
     names: tuple[str, ...]
     prior: Array
     ties: tuple[tuple[int, int, float], ...] = ()
+    roles: tuple[int, ...] = ()
     sums: tuple[int, ...] = ()
     shift: Array = field(default_factory=lambda: np.zeros(0))
 
@@ -154,16 +158,23 @@ class Layout(Value):
         chosen = chosen.union(*ties) - names.matching("fixed", fixed) | _placeless(mechanism, names)
         values = dict(zip(scalars, scalar_values(setup).tolist(), strict=True))
         equations = [*mechanism.ties, *([tie] if isinstance(tie, str) else tie)]
-        bound = _bound(names, units, equations, chosen, values)
+        bound = _bound(mechanism, names, units, equations, chosen, values)
         followers = {names.index[name] for name in bound.by}
         _refuse_twice(names, followers & set().union(*ties))
         chosen -= followers
         if not chosen:
             raise SymkinError("nothing is free, so there is nothing to identify")
         groups = _groups(names, ties, chosen, sorts)
+        follow = followers_by_role(mechanism, scalars, groups)
         column = np.full(len(scalars), -1, dtype=np.intp)
         for number, members in enumerate(groups):
-            column[members] = number
+            column[[each for each in members if each not in follow]] = number
+
+        def moves(scalar: int) -> list[tuple[int, float]]:
+            """Which columns move a scalar, and by which factors."""
+            terms = follow.get(scalar, {scalar: 1.0})
+            return [(int(column[other]), factor) for other, factor in terms.items()]
+
         made = cls(
             scalars=scalars,
             units=units,
@@ -175,11 +186,14 @@ class Layout(Value):
             names=tuple(_name(names, members) for members in groups),
             prior=np.full(len(groups), np.inf),
             ties=tuple(
-                (names.index[name], int(column[names.index[other]]), factor)
+                (names.index[name], each, factor * by)
                 for name, terms in bound.by.items()
                 for other, factor in terms.items()
+                for each, by in moves(names.index[other])
                 if factor
-            ),
+            )
+            + tuple((scalar, each, by) for scalar in sorted(follow) for each, by in moves(scalar)),
+            roles=tuple(sorted(follow)),
             sums=tuple(sorted(names.index[name] for name in bound.measured)),
         )
         made = made._tied(bound, values)
@@ -220,6 +234,7 @@ class Layout(Value):
             names=tuple(name for name in self.scalars if name),
             prior=np.full(int(named.sum()), np.inf),
             ties=(),
+            roles=(),
         )
 
     @property
@@ -272,8 +287,10 @@ class Layout(Value):
         return tuple(self.units[self.members(i)[0]] for i in range(len(self.names)))
 
     def members(self, column: int) -> NDArray[np.intp]:
-        """Scalars that move with a column."""
-        return np.flatnonzero(self.column == column)
+        """Scalars that move with a column, the first by as much as it."""
+        own = set(np.flatnonzero(self.column == column).tolist())
+        own |= {scalar for scalar, each, _ in self.ties if each == column and scalar in self.roles}
+        return np.array(sorted(own), dtype=np.intp)
 
     def with_prior(self, prior: Priors) -> Layout:
         """Return it with priors; columns that have one keep it where they are given none."""
@@ -287,6 +304,8 @@ class Layout(Value):
         names = _Names(self.scalars, _TERMS, self.always_held)
         for pattern, given in prior.items():
             for scalar in sorted(names.matching("prior", [pattern])):
+                if scalar in self.roles:
+                    continue
                 if self.column[scalar] < 0 and scalar not in self.sums:
                     followed = any(scalar == each for each, _, _ in self.ties)
                     what = "follows others by a tie" if followed else "is not free"
@@ -487,6 +506,7 @@ def _tie(names: _Names, pattern: str, sorts: Sequence[object]) -> set[int]:
 
 
 def _bound(
+    mechanism: Mechanism,
     names: _Names,
     units: Sequence[str],
     ties: Sequence[str],
@@ -496,8 +516,11 @@ def _bound(
     """What ties of the legs' parameters leave free; angles as they are drawn, by whole turns."""
     of_legs = {name: units[i] for name, i in names.index.items() if name.startswith("leg")}
     equations = []
-    for text in ties:
+    texts = [(each, each != given) for given in ties for each in written_tie(mechanism, given)]
+    for text, by_role in texts:
         tie = equation_of(text, of_legs)
+        if by_role:  # one draw of the workshop, whatever stands between the legs
+            tie = tie._replace(measured=False)
         unit = of_legs[next(iter(tie.factors))]
         if unit == "rad" and all(factor == round(factor) for factor in tie.factors.values()):
             drawn = sum(factor * values[name] for name, factor in tie.factors.items())

@@ -116,7 +116,7 @@ _ALL = (
     Option("fixed", list[str], metavar="PATTERN",
            help="Held, whatever else says so."),
     Option("shared", list[str], metavar="PATTERN", seldom=_UNKNOWN,
-           help="Changed by the same amount in all legs that match."),
+           help="Changed together in all legs that match; mirror images by opposite amounts."),
     Option("tie", list[str], metavar="EQUATION", seldom=_UNKNOWN,
            help="Parameters that follow others: 'leg1.distal_length = leg2.distal_length', with "
                 "factors and sums ('... + ... = 0.2 m'); may be repeated."),

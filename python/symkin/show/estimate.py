@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 from symkin.estimate.covariates import sessions_of
 from symkin.estimate.estimate import CORRECTED, Estimate
 from symkin.estimate.evidence.findings import few
-from symkin.estimate.parameters import Unknown
+from symkin.estimate.parameters import Unknown, shared_by_role
 from symkin.estimate.problem import KINDS
+from symkin.estimate.sharing import written_tie
 from symkin.files.mechanism_file import typed_name
 from symkin.model.mechanism import Mechanism
 from symkin.present import ErrorLine, Group, Headline, Image, Page, Section, Table, Verdict
@@ -329,6 +330,12 @@ def parameter_section(found: Estimate, actual: Mechanism | None = None) -> Secti
         paragraphs.append(
             f"They depend on how what the observations do not show was settled: {found.gauge}."
         )
+    signed = shared_by_role(found.unknowns)
+    if signed:
+        paragraphs.append(f"Shared by role, changes go so: {', '.join(signed)}.")
+    tied = [each for text in found.options.tie for each in written_tie(found.nominal, text)]
+    if tied:
+        paragraphs.append(f"Tied: {'; '.join(tied)}.")
     parts: list[Table | Image] = [_parameter_table(found, actual), *_noise_table(found)]
     if actual is not None:
         paragraphs.append(_coverage(_in_deviations(found, actual)))
