@@ -456,14 +456,16 @@ def _undefined(mechanism: Mechanism, leg: int) -> Iterator[str]:
         radius = values.get(f"{end}_radius")
         if radius is None and not mechanism.space.moves:
             yield from _undefined_axis(mechanism, leg, end)
-        if radius is None or joint == "P":  # the normal of a guide has its angle anywhere
+        in_space = f"{end}_height" in values
+        if radius is None or (joint == "P" and not in_space):  # a normal has its angle anywhere
             continue
         polar = values.get(f"{end}_polar_angle")
-        azimuth = "angle" if polar is None else "azimuth"
+        azimuth = "azimuth" if f"{end}_azimuth" in values else "angle"
         if abs(radius) <= mechanism.tolerances.length:
             names = [f"{end}_{azimuth}"] if polar is None else [f"{end}_polar_angle"]
             names += [] if polar is None else [f"{end}_{azimuth}"]
-            where = f"{end}_radius is {radius:g} m: its {end} point is the frame's origin"
+            place = "on Z" if in_space else "the frame's origin"
+            where = f"{end}_radius is {radius:g} m: its {end} point is {place}"
         elif polar is not None and abs(radius * math.sin(polar)) <= mechanism.tolerances.length:
             names = [f"{end}_{azimuth}"]
             where = f"{end}_polar_angle is {math.degrees(polar):g} deg: its {end} point is on Z"

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -24,6 +25,7 @@ from symkin.analysis.workspace import WorkspaceSample
 from symkin.errors import NotIdentifiableError, SymkinError, one_of
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import pose_rows
+from symkin.model.symmetry import SymmetryPair, leg_carriers
 from symkin.model.tolerances import noise_of, parameter_tolerances
 from symkin.options import RowKind
 from symkin.results import Result
@@ -34,6 +36,7 @@ __all__ = [
     "Observability",
     "RowKind",
     "analyse_observability",
+    "carried_back",
     "error_weight",
     "expected_accuracy",
     "mechanism_rows",
@@ -156,12 +159,16 @@ def analyse_observability(
 ) -> Observability:
     """Analyse what poses show of a leg's (from 0) parameters.
 
+    A leg that a symmetry about a tilted axis carries from another is analysed in coordinates that
+    are carried with it, those of that leg: its own mix, and mean nothing on Z (see `carried_back`).
+
     Raises
     ------
     SymkinError
         For fewer poses than parameters, or a pose out of reach.
     """
-    rows, names, scale = _rows_of_leg(mechanism, leg, poses, kind)
+    seen, own, carried = carried_back(mechanism, leg, poses)
+    rows, names, scale = _rows_of_leg(seen, own, carried, kind)
     result = _core.analyse_observability(rows, scale)
     return Observability(
         leg=leg,
@@ -173,6 +180,37 @@ def analyse_observability(
         rank=result.rank,
         unseen=tuple(name_combination(direction, names) for direction in result.null_directions.T),
     )
+
+
+def carried_back(
+    mechanism: Mechanism, leg: int, poses: ArrayLike | WorkspaceSample
+) -> tuple[Mechanism, int, ArrayLike | WorkspaceSample]:
+    """Put a leg, with its poses, where the leg is that a tilted symmetry carries onto it.
+
+    There it shows of its joints what it shows where it stands (``C_j D = C_i``), in coordinates
+    that mean the same for all legs of an orbit: then Eq. 10 holds about any axis. Of any other leg
+    all stays as it is.
+
+    Returns
+    -------
+    mechanism : Mechanism
+        With the leg in the place of
+    leg : int
+        its reference.
+    poses : array_like
+        The poses, carried back.
+    """
+    reference, element = leg_carriers(mechanism)[leg]
+    if reference == leg or not isinstance(element, SymmetryPair) or not element.tilts:
+        return mechanism, leg, poses
+    back = element.core.inverse()
+    values, mode = _core.carried_leg(mechanism.core, leg, back, reference)
+    named = zip(mechanism.parameter_names, values.tolist(), strict=True)
+    legs, own = list(mechanism.legs), mechanism.legs[reference]
+    parameters = {name: value for name, value in named if name in own.parameters}
+    legs[reference] = dataclasses.replace(own, parameters=parameters, working_mode=mode)
+    moved = mechanism.replace(legs=tuple(legs), symmetry=None)
+    return moved, reference, back.transform_poses(mechanism.core, pose_rows(poses))
 
 
 def _rows_of_leg(

@@ -59,10 +59,10 @@ def observability_page(shown: Observability) -> Page:
 
 
 # C_j D = C_i with D that is no diagonal (theory: Eq. 10 away from Z).
-_MIXED = (
+_CARRIED = (
     "The legs are carried onto each other about another axis than Z, which mixes their "
-    "coordinates: each leg shows the same of its joints, but the values of single coordinates "
-    "differ, and an angle at radius zero means nothing."
+    "coordinates; so each leg is seen in coordinates that are carried with it, those of the leg "
+    "that it comes from."
 )
 
 
@@ -97,7 +97,8 @@ def observability_section(
     elements = observability_group(mechanism) if symmetric else None
     if elements is not None:
         tilted = any(isinstance(each, SymmetryPair) and each.tilts for each in elements)
-        paragraphs.append(_MIXED if tilted else _symmetrical(names, deviations))
+        paragraphs += [_CARRIED] if tilted else []
+        paragraphs.append(_symmetrical(names, deviations))
     if left_out:
         paragraphs.append(f"Left out: {plural(left_out, 'pose')} beyond a leg's nominal reach.")
 

@@ -9,6 +9,9 @@ import pytest
 
 import symkin
 from symkin import _core
+from symkin.analysis.observability import analyse_observability, carried_back, observability_rows
+from symkin.errors import SymkinError
+from symkin.model.settings import NoiseSettings, WorkspaceSettings
 from symkin.model.symmetry import leg_carriers, map_poses, observability_group, symmetry_pairs
 from symkin.model.symmetry.groups import mechanism_groups
 from symkin.model.symmetry.naming import element_words, group_name
@@ -277,3 +280,55 @@ def test_point_groups_are_named():
 def test_a_label_that_there_is_not_is_refused(paper):
     with pytest.raises(symkin.SymkinError, match=r'"p6" is no element.*expected p0 to p5'):
         symmetry_pairs(paper).parse("p6")
+
+
+@pytest.fixture(scope="module")
+def along_axes():
+    """An Orthoglide along x, y and z: the base point of leg 3 has no azimuth."""
+    return orthoglide().replace(
+        workspace=WorkspaceSettings(lower=(-0.07,) * 3, upper=(0.07,) * 3, home=(0.0, 0.0, 0.0)),
+        noise=NoiseSettings(5e-5, 0.0, 5e-6),
+    )
+
+
+def test_every_leg_of_an_orthoglide_shows_the_same_of_its_joints(along_axes):
+    poses = symkin.sample_workspace(along_axes, 40, seed=1).poses
+    shown = [
+        analyse_observability(along_axes, leg, map_poses(along_axes, element, poses))
+        for leg, (_, element) in enumerate(leg_carriers(along_axes))
+    ]
+    assert [each.rank for each in shown] == [7, 7, 7]
+    assert shown[2].parameter_names == shown[0].parameter_names
+    for other in shown[1:]:
+        np.testing.assert_allclose(other.r_diagonal, shown[0].r_diagonal, rtol=1e-9)
+    as_drawn = observability_rows(along_axes, 2, poses)
+    assert np.linalg.matrix_rank(as_drawn) == 6  # which is why they are carried
+
+
+def test_a_leg_is_carried_back_onto_its_reference_with_its_own_errors(along_axes):
+    moved, leg, _ = carried_back(along_axes, 2, np.zeros((1, 3)))
+    assert leg == 0
+    values, reference = moved.parameters[0], along_axes.parameters[0]
+    np.testing.assert_allclose(values, reference, atol=1e-12)
+    same, leg, _ = carried_back(symkin.load_mechanism("3RRR"), 2, np.zeros((1, 3)))
+    assert (same.name, leg) == ("3RRR", 2)
+
+
+def test_check_names_what_an_estimate_could_not_write_and_nothing_else(along_axes):
+    checked = symkin.check_mechanism(along_axes)
+    assert not checked.blind
+    (undefined,) = checked.undefined
+    assert "leg 3: base_radius is 0 m: its base point is on Z" in undefined
+    assert "base_azimuth is undefined; shift the origin" in undefined
+    failing = [each for each in checked.conditions.conditions if not each.holds]
+    assert not [each for each in failing if each.section == 5 and each.number in (4, 5)]
+
+
+def test_a_plan_for_all_legs_is_made_and_estimates_are_refused_with_what_to_do(along_axes):
+    planned = symkin.plan(along_axes, design="orbits", pose_count=8, candidates=300)
+    images = map_poses(along_axes, "p10", planned.poses)
+    apart = np.linalg.norm(images[:, None] - planned.poses, axis=2).min(axis=1)
+    assert apart.max() < 1e-12  # whole orbits
+    simulated = symkin.simulate(along_axes, planned, seed=1)
+    with pytest.raises(SymkinError, match=r"leg 3: base_radius is 0 m.*shift the origin"):
+        symkin.identify(along_axes, simulated.measurements)
