@@ -60,7 +60,7 @@ from symkin.model.settings import (
     Tolerances,
     WorkspaceSettings,
 )
-from symkin.model.symmetry import generate_legs, generate_orbits, verify_declared
+from symkin.model.symmetry import declared_pairs, generate_legs, generate_orbits, verify_declared
 from symkin.options import checks
 from symkin.storage.shipped import shipped_folder
 from symkin.storage.toml_file import TomlSource, read_table, read_toml, table, text
@@ -276,7 +276,9 @@ def _legs(
     list[Leg], DeclaredSymmetry | None, NDArray[np.float64] | None, NDArray[np.float64] | None
 ]:
     """The legs, the declared symmetry, and where the file has them deviations and curvature."""
-    symmetry, platform = _symmetry(source, file), file.get("platform", "rigid")
+    in_space = all(POSE_SPACES[info.pose_space].in_space for info in infos)
+    symmetry = _symmetry(source, file, in_space=in_space)
+    platform = file.get("platform", "rigid")
     described = []
     for entry, info in zip(entries, infos, strict=True):
         given = {name: entry[name] for name in info.parameter_names if name in entry}
@@ -305,7 +307,7 @@ def _legs(
     return legs, symmetry, None, None
 
 
-def _symmetry(source: TomlSource, file: _Values) -> DeclaredSymmetry | None:
+def _symmetry(source: TomlSource, file: _Values, *, in_space: bool) -> DeclaredSymmetry | None:
     section = file.get("symmetry")
     if section is None:
         return None
@@ -327,9 +329,19 @@ def _symmetry(source: TomlSource, file: _Values) -> DeclaredSymmetry | None:
             what = f"{counts} elements carry one leg to {counts} legs"
         raise source.error(place, f"{what}, but the mechanism has {count} legs")
     named = None if elements is None else tuple(elements)
-    return source.call(
-        ("symmetry",), lambda: DeclaredSymmetry(group, section.get("axis", 0.0), named)
-    )
+    axis = section.get("axis", 0.0)
+    direction = axis if isinstance(axis, tuple) else None
+    angle = 0.0 if isinstance(axis, tuple) else axis
+    about = direction, section.get("mirror"), section.get("centre")
+    made = source.call(("symmetry",), lambda: DeclaredSymmetry(group, angle, named, *about))
+    if not made.about_z:
+        given = next(key for key in ("axis", "mirror", "centre") if key in section)
+        if not in_space:
+            raise source.error(
+                ("symmetry", given), "is of three numbers; in the plane all symmetries are about Z"
+            )
+        source.call(("symmetry",), lambda: declared_pairs(made))
+    return made
 
 
 def _workspace(file: _Values, info: ChainInfo) -> WorkspaceSettings | None:

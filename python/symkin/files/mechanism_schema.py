@@ -139,6 +139,8 @@ def _check_name(name: str) -> str:
 
 
 def _check_group(group: str) -> str:
+    named = re.fullmatch("C([1-9][0-9]*)v", group, re.ASCII)
+    group = f"D{named[1]}" if named else group  # as Schoenflies calls it
     number = re.fullmatch("[CD]([1-9][0-9]*)", group, re.ASCII)
     if not number:
         raise WrongValueError(
@@ -178,11 +180,23 @@ def _names(raw: Any) -> dict[str, str]:
     return {name: read_at(name, text(), column) for name, column in raw.items()}
 
 
+def _angle_or_direction() -> Kind:
+    """An angle about Z, or three numbers that have a direction."""
+    angle, direction = quantity("rad", direction=True), _coordinates("1", "1", "1")
+
+    def read(raw: Any) -> Any:
+        return direction.read(raw) if isinstance(raw, list) else angle.read(raw)
+
+    return Kind(read, {"anyOf": [angle.schema, direction.schema]})
+
+
 _SYMMETRY = table(
     {
         "group": text(check=_check_group),
         "legs": whole(1, _MOST_LEGS),
-        "axis": quantity("rad", direction=True),
+        "axis": _angle_or_direction(),
+        "mirror": _coordinates("1", "1", "1"),
+        "centre": _coordinates("m", "m", "m"),
         "elements": list_of(text()),
     },
     ("group",),

@@ -157,12 +157,20 @@ def _legs(mechanism: Mechanism) -> list[str]:
     """The symmetry, and one reference leg if it generates the others, else all legs."""
     sections = []
     if mechanism.symmetry is not None:
-        values: _Values = {"group": mechanism.symmetry.group, "legs": len(mechanism.legs)}
-        if mechanism.symmetry.axis:
-            values["axis"] = mechanism.symmetry.axis
-        if mechanism.symmetry.elements is not None:
-            values["elements"] = list(mechanism.symmetry.elements)
-        sections = [_section("[symmetry]", values, {"axis": "rad"})]
+        declared = mechanism.symmetry
+        values: _Values = {"group": declared.group, "legs": len(mechanism.legs)}
+        if declared.direction is not None:
+            values["axis"] = list(declared.direction)
+        elif declared.axis:
+            values["axis"] = declared.axis
+        if declared.mirror is not None:
+            values["mirror"] = list(declared.mirror)
+        if declared.centre is not None:
+            values["centre"] = list(declared.centre)
+        if declared.elements is not None:
+            values["elements"] = list(declared.elements)
+        units = {"centre": "m"} | ({"axis": "rad"} if declared.direction is None else {})
+        sections = [_section("[symmetry]", values, units)]
     heading, written = _written_legs(mechanism)
     for leg in written:
         number = "" if heading == "[reference_leg]" else f"  # leg {leg + 1}"

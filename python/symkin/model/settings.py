@@ -63,11 +63,26 @@ class DeclaredSymmetry(_Settings):
         The elements that carry leg 1 to legs 1, 2, ..., or each of several reference legs to its
         orbit: ``r0``, ``r1``, ... are rotations, ``s0``, ``s1``, ... reflections. None is their
         natural order.
+    direction : tuple of float or None
+        In space: the axis of the rotations, of any length; None is Z.
+    mirror : tuple of float or None
+        In space: a direction in the plane of the reflection ``s0``, beside the axis; None is Z, or
+        for an upright axis the azimuth `axis`.
+    centre : tuple of float or None
+        In space: a point of the axis, m; None is the origin.
     """
 
     group: str
     axis: float = 0.0
     elements: tuple[str, ...] | None = None
+    direction: tuple[float, ...] | None = None
+    mirror: tuple[float, ...] | None = None
+    centre: tuple[float, ...] | None = None
+
+    @property
+    def about_z(self) -> bool:
+        """Whether it is said to be about Z through the origin, as all are in the plane."""
+        return self.direction is None and self.mirror is None and self.centre is None
 
 
 @dataclass(frozen=True)

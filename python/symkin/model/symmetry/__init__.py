@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Groups that carry a mechanism onto itself, what they are called, and what breaks them."""
 
+from symkin.model.symmetry.about_axis import declared_pairs
 from symkin.model.symmetry.comparison import (
     ParameterDeviation,
     SymmetryComparison,
@@ -47,6 +48,7 @@ __all__ = [
     "SymmetryPairs",
     "compare_symmetry",
     "declared_group",
+    "declared_pairs",
     "detect_symmetry",
     "generate_legs",
     "generate_orbits",

@@ -18,6 +18,7 @@ from symkin.model.mechanism import Mechanism
 from symkin.model.symmetry.groups import (
     DetectedSymmetry,
     SymmetryGroup,
+    declared_about_z,
     declared_group,
     detect_symmetry,
     detect_within,
@@ -215,7 +216,8 @@ def compare_symmetry(mechanism: MechanismGiven) -> SymmetryComparison:
     """
     mechanism = as_mechanism(mechanism)
     found = detect_symmetry(mechanism)
-    declared = None if mechanism.symmetry is None else declared_group(mechanism.symmetry)
+    about_z = declared_about_z(mechanism)
+    declared = None if about_z is None else declared_group(about_z)
     lacks = (
         declared is not None
         and _tolerances_needed(mechanism, declared, _ROUNDING) > _core.IMAGE_TOLERANCES

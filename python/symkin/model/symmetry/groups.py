@@ -20,6 +20,12 @@ from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.model.mechanism import Leg, Mechanism
 from symkin.model.poses import POSE_SPACES, pose_rows
 from symkin.model.settings import DeclaredSymmetry
+from symkin.model.symmetry.about_axis import (
+    declared_pairs,
+    images_about_axis,
+    orbits_about_axis,
+    verify_about_axis,
+)
 from symkin.model.symmetry.pairs import (
     SymmetryPair,
     SymmetryPairs,
@@ -40,6 +46,7 @@ __all__ = [
     "carrier_words",
     "core_pair",
     "core_pair_of",
+    "declared_about_z",
     "declared_group",
     "describe_element",
     "detect_symmetry",
@@ -327,6 +334,12 @@ def declared_group(symmetry: DeclaredSymmetry) -> SymmetryGroup:
     return SymmetryGroup(symmetry.group, symmetry.axis)
 
 
+def declared_about_z(mechanism: Mechanism) -> DeclaredSymmetry | None:
+    """Return the declared symmetry if it is about Z; one about another axis is found from legs."""
+    declared = mechanism.symmetry
+    return declared if declared is not None and declared.about_z else None
+
+
 def generate_legs(reference: Leg, symmetry: DeclaredSymmetry, count: int) -> list[Leg]:
     """Carry the reference leg to all legs of a mechanism.
 
@@ -346,6 +359,11 @@ def generate_legs(reference: Leg, symmetry: DeclaredSymmetry, count: int) -> lis
         If the group does not carry one leg to so many.
     """
     group, elements = _carrying(symmetry, count)
+    if not symmetry.about_z:
+        labels = [element.label for element in elements]
+        return images_about_axis(
+            reference, _platform_of(reference), declared_pairs(symmetry), labels
+        )
     return _images(reference, _platform_of(reference), group, elements)
 
 
@@ -366,6 +384,9 @@ def generate_orbits(
         See `Mechanism`.
     """
     group, elements = _carrying(symmetry)
+    if not symmetry.about_z:
+        labels = [element.label for element in elements]
+        return orbits_about_axis(references, platform, declared_pairs(symmetry), labels)
     legs = []
     for number, leg in enumerate(references, 1):
         info = chain_info(leg.chain, platform)
@@ -433,7 +454,9 @@ def verify_declared(mechanism: Mechanism) -> None:
     SymmetryError
         Naming the element, the leg, the parameter and its deviation.
     """
-    if mechanism.symmetry is not None:
+    if mechanism.symmetry is not None and not mechanism.symmetry.about_z:
+        verify_about_axis(mechanism, mechanism.symmetry)
+    elif mechanism.symmetry is not None:
         _core.verify_symmetry(mechanism.core, declared_group(mechanism.symmetry).core)
 
 
@@ -526,9 +549,10 @@ def symmetry_deviations(
 
 
 def symmetry_group(mechanism: Mechanism) -> SymmetryGroup:
-    """Return the declared group, or else the one found that keeps the working modes."""
-    if mechanism.symmetry is not None:
-        return declared_group(mechanism.symmetry)
+    """Return the declared group, or else the one found about Z that keeps the working modes."""
+    declared = declared_about_z(mechanism)
+    if declared is not None:
+        return declared_group(declared)
     return detect_symmetry(mechanism).with_modes
 
 
@@ -549,7 +573,7 @@ def leg_carriers(mechanism: Mechanism) -> list[tuple[int, Carrying]]:
         One for each leg.
     """
     found = _carriers_about_z(mechanism)
-    if mechanism.symmetry is None and any(reference for reference, _ in found):
+    if declared_about_z(mechanism) is None and any(reference for reference, _ in found):
         pairs = symmetry_pairs(mechanism).carriers()
         if len({each for each, _ in pairs}) < len({each for each, _ in found}):
             return list(pairs)
