@@ -135,7 +135,7 @@ class SymmetryComparison(Result):
             first = f"No symmetry is declared; the legs have {structure}."
         else:
             about = " about Z" if self.spatial else ""
-            first = f"No symmetry is declared, and the legs have none{about}: {structure} is "
+            first = f"No symmetry{about} is declared, and the legs have none: {structure} is "
             first += "trivial."
         sensors = (self._sensor_sentence,) if self.sensors != "exact" else ()
         if self.reference is None:
