@@ -38,7 +38,7 @@ def refreshed(block: str, folder: Path) -> str:
     told = []
     for part in parts:
         found = re.match(r"\$ (symkin (?:.*\\\n)*.*\n)", part)
-        if not found:
+        if not found or "--serve" in found[1]:  # which goes on until Ctrl-C
             told.append(part)
             continue
         now, shown = printed(found[1], folder), part[found.end() :]

@@ -54,7 +54,7 @@ COMMAND_LINE_ALONE = {
     "sensor_table", "printed", "cross_validate", "cross_validate_blocks", "accuracy",
     "base", "target", "points", "anchors", "plane",  # of an Observed
     "orientations", "forward", "to", "endstops", "nominal", "chain", "legs",
-    "device", "robot", "angles", "convention",
+    "device", "host", "port", "robot", "serve", "angles", "convention",
     "lost",  # of a simulated device
     "calibrated", "tolerance", "uncertainty", "about", "first", "second", "devices",
 }  # fmt: skip

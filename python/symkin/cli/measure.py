@@ -4,8 +4,8 @@
 from __future__ import annotations
 
 import contextlib
-import math
-import re
+import os
+import secrets
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -28,6 +28,7 @@ from symkin.cli.options import (
     command,
     of,
     option,
+    refuse_unless,
     region_of,
     share_of,
 )
@@ -36,19 +37,16 @@ from symkin.guided import Session
 from symkin.guided.beginning import SETTINGS
 from symkin.guided.device import Device, Failed
 from symkin.guided.simulated import SimulatedDevice
-from symkin.show.guided import (
-    ask_text,
-    end_text,
-    entry_units,
-    progress_text,
-    resolved_text,
-    verdict_text,
-)
+from symkin.show.entering import KEYS, entries_of, obeyed
+from symkin.show.guided import ask_text, end_text, progress_text, resolved_text, verdict_text
 from symkin.show.rendering import typed
+from symkin.show.served import on_loopback
+from symkin.show.served import serve as serve_page
 from symkin.show.units import in_units
 
-_KEYS = "Enter the row; s skip, o occluded, a avoid region, r repeat, u undo, q quit"
 _NOT_YET = 1
+_HOST, _PORT = "127.0.0.1", 8000
+_TOKEN = "page.token"
 
 
 @command(
@@ -76,6 +74,23 @@ def measure(
             "pasted or piped.",
         ),
     ] = None,
+    serve: Annotated[
+        bool,
+        typer.Option(
+            "--serve", help="Enter rows on a page in the browser, such as a phone's at the robot."
+        ),
+    ] = False,
+    host: Annotated[
+        str,
+        option(
+            "ADDRESS",
+            "Of this machine, where others in the network may open that page, with the token that "
+            "is printed; by default this machine alone.",
+        ),
+    ] = _HOST,
+    port: Annotated[
+        int, option("PORT", "Of that page; 0: one that is free.", min=0, max=65535)
+    ] = _PORT,
     by: Measured,
     observe: Annotated[list[str] | None, of("observe")] = None,
     unknown: Unknown,
@@ -97,11 +112,17 @@ def measure(
     accuracy with the wanted confidence; `symkin identify` with robot.toml and measured.csv says the
     same.
 
+    With --serve it is a page in the browser that asks and takes the rows, for a phone at the robot;
+    Ctrl-C ends it, and the same command goes on. It needs the extra "serve": pip install
+    "symkin[serve]".
+
     With --device a program measures. It reads a line of JSON from standard input and answers with
     one; `symkin simulate-device` is one that plays a robot.
 
     Exit code: 0 if the accuracy is reached; 1 if not, or not yet.
     """
+    refuse_unless(not (serve and device), "--serve goes without --device, which asks nobody")
+    refuse_unless(serve or (host, port) == (_HOST, _PORT), "--host and --port go with --serve")
     wanted = accuracies_of(accuracy)
     share = share_of(confidence, "confidence")
     with in_units(units):
@@ -131,6 +152,8 @@ def measure(
                 )
             if device is not None:
                 _by_device(session, device, tell)
+            elif serve:
+                _by_page(session, host, port, out)
             else:
                 _by_hand(session, tell)
         found = session.progress
@@ -176,98 +199,48 @@ def _by_device(session: Session, command_line: str, tell: _Screen) -> None:
                     tell(resolved_text(verdict))
 
 
+def _by_page(session: Session, host: str, port: int, folder: Path) -> None:
+    """Serve the page; its address goes to stderr, whatever is printed of the session."""
+
+    def ready(address: str) -> None:
+        sys.stderr.write(f"{address}\nOpen this page to measure; Ctrl-C ends it.\n")
+        sys.stderr.flush()
+
+    token = "" if on_loopback(host) else _token(folder / _TOKEN)
+    serve_page(session, host=host, port=port, token=token, ready=ready)
+
+
+def _token(path: Path) -> str:
+    """The session's token, the same when it goes on, so that an open page does; its owner's."""
+    with contextlib.suppress(FileNotFoundError):
+        kept = path.read_text(encoding="ascii", errors="replace").strip()
+        if kept:
+            return kept
+    token = secrets.token_urlsafe(16)
+    with open(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), "w") as file:  # noqa: PTH123
+        file.write(token)
+    return token
+
+
 def _by_hand(session: Session, tell: _Screen) -> None:
-    entries = entry_units(session.columns)
-    tell(_KEYS)
+    prompt = " ".join(entry.told for entry in entries_of(session.columns)) + " >"
+    tell(f"Enter the row; {', '.join(f'{key} {what}' for key, what in KEYS.items())}, q quit")
     for ask in session:
         tell(f"\n{progress_text(session, session.progress)}\n{ask_text(session, ask)}")
-        while True:
-            tell(
-                " ".join(name.replace(" ", "[") + "]" * (" " in name) for name, *_ in entries)
-                + " >"
-            )
+        done = False
+        while not done:
+            tell(prompt)
             line = sys.stdin.readline()
             if not line or line.strip().lower() == "q":
                 return
             try:
-                done = _obeyed(session, line.strip(), entries, tell)
+                told = obeyed(session, line) if line.strip() else ""
             except SymkinError as error:
                 tell(f"!  {error}")
                 continue
-            if done or session.refresh():
-                break
-
-
-def _obeyed(
-    session: Session, line: str, entries: list[tuple[str, float, str]], tell: _Screen
-) -> bool:
-    """Do what a line says; whether there is a new pose to ask for."""
-    key = line.lower()
-    if key == "s":
-        session.skip()
-    elif key == "o":
-        session.fail("occluded")
-        if session.suggests_avoiding:
-            tell("The second failure there: a leaves the region out.")
-    elif key == "a":
-        session.avoid()
-    elif key in ("r", "t", "d", "k"):
-        _decide(session, key)
-    elif key == "u":
-        tell(f"Row {session.undo()} is taken back.")
-    elif line:
-        session.add(_row(line, entries))
-        verdict = session.verdict
-        if verdict is not None:
-            tell(verdict_text(verdict))
-    return bool(line) or session.refresh()
-
-
-def _decide(session: Session, key: str) -> None:
-    """Do what is wanted about a doubtful row or a slip; without one, repeat or drop the last."""
-    verdict = session.verdict
-    if verdict is None:
-        raise SymkinError("there is no row yet")
-    number, slipped = verdict.doubtful, verdict.slipped
-    if key == "r":
-        session.repeat(number)
-    elif key == "t" and slipped is not None:
-        session.slip(slipped)
-    elif key == "t" and number is not None and verdict.likely:
-        session.correct(number, verdict.edited, verdict.likely)
-    elif key == "d" and number is not None:
-        session.drop(number)
-    elif key == "k" and number is not None:
-        session.keep(number)
-        if verdict.decided == "robot":
-            session.keep(verdict.row)
-    elif key == "k" and slipped is not None:
-        session.keep(slipped)
-    else:
-        raise SymkinError(f"nothing is doubtful that {key} could decide")
-
-
-def _row(line: str, entries: list[tuple[str, float, str]]) -> dict[str, float]:
-    """A row that was typed or pasted: all columns, or those before the readings."""
-    parts = re.split(r"[\s;]+", line) if re.search(r"[\s;]", line) else line.split(",")
-    parts = [part.rstrip(",").replace(",", ".") for part in parts if part.strip(",")]
-    measured = [each for each in entries if not each[2].startswith("psi_")]
-    given = entries if len(parts) == len(entries) else measured
-    if len(parts) != len(given):
-        names = ", ".join(name for name, *_ in entries)
-        counts = f"{len(measured)} or " if measured else ""
-        raise SymkinError(
-            f"{len(parts)} values were entered; expected {counts}{len(entries)}: {names}"
-        )
-    row = {}
-    for part, (name, factor, column) in zip(parts, given, strict=True):
-        try:
-            row[column] = math.nan if part in ("-", "?") else factor * float(part)
-        except ValueError:
-            raise SymkinError(
-                f'"{part}" is no number ({name}); expected one, or - for none'
-            ) from None
-    return row
+            if told:
+                tell(told)
+            done = bool(line.strip()) or session.refresh()
 
 
 @contextlib.contextmanager

@@ -309,6 +309,11 @@ class Session:
         return self._now.robot
 
     @property
+    def tries(self) -> int:
+        """Lines of its table, of whatever kind."""
+        return len(self._table.lines)
+
+    @property
     def measurements(self) -> Measurements | None:
         """What was measured and counts; None before the first row."""
         return self._table.measurements(self.robot)

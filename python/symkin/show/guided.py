@@ -18,11 +18,21 @@ from symkin.model.file_frames import as_drawn
 from symkin.show.units import on_paper
 from symkin.show.wording import milli, percent, plural, significant
 
-__all__ = ["ask_text", "end_text", "entry_units", "progress_text", "resolved_text", "verdict_text"]
+__all__ = [
+    "WIDTH",
+    "ask_text",
+    "end_text",
+    "pose_cells",
+    "progress_text",
+    "reading_cells",
+    "resolved_text",
+    "verdict_text",
+]
 
 _BAR = 26
-_WIDTH = 79
+WIDTH = 79  # of a terminal; pages break lines themselves
 _NAMED = 3
+_DEGREE = "\N{DEGREE SIGN}"
 _UNKNOWN_MORE = "not known yet"
 
 
@@ -57,39 +67,44 @@ def ask_text(session: Session, ask: Ask) -> str:
     ahead = f", then {plural(len(ask.ahead), 'pose')}" if len(ask.ahead) else ""
     lines = [
         f"next {ask.row}{again}{ahead}",
-        *_filled("pose      " + pose_text(session, ask.pose), 2),
-        *_filled("readings  " + _readings(session, ask.readings), 2),
+        *_filled("pose      " + _told(pose_cells(session, ask.pose)), 2),
+        *_filled("readings  " + _told(reading_cells(session, ask.readings)), 2),
     ]
     return "\n".join(lines)
 
 
-def verdict_text(verdict: Verdict) -> str:
+def verdict_text(verdict: Verdict, width: int = WIDTH) -> str:
     """What the last row and those before it say, and what can be done about it."""
     lines = []
     if verdict.tolerances > 1:
         factor = significant(verdict.tolerances, 2)
         lines += _filled(
             f"The robot is {factor} times as far from the drawing as the tolerances say; from now "
-            "on they count so much."
+            "on they count so much.",
+            width=width,
         )
     number = verdict.doubtful
     if verdict.decided == "row":
-        lines += _filled(f"!  The repeat fits: row {number} is wrong.  d drop it, k keep it")
+        lines += _filled(
+            f"!  The repeat fits: row {number} is wrong.  d drop it, k keep it", 0, width
+        )
     elif verdict.decided == "robot":
         lines += _filled(
             f"!  The repeat says the same as row {number}: not the row, but the robot, the device "
-            "or the model.  k keep both, and look for a slip; d drop it"
+            "or the model.  k keep both, and look for a slip; d drop it",
+            width=width,
         )
     elif number is not None:
         off = f" ({significant(verdict.off, 2)} sigma)" if math.isfinite(verdict.off) else ""
-        lines += _filled(f"!  Row {number} does not fit the others{off}.")
+        lines += _filled(f"!  Row {number} does not fit the others{off}.", 0, width)
         if verdict.likely:
-            lines += _filled(f"   It would with {verdict.likely}.  t take it so")
+            lines += _filled(f"   It would with {verdict.likely}.  t take it so", 0, width)
         lines += ["   r repeat its pose (tells the row from the robot), d drop it, k keep it"]
     elif verdict.slipped is not None:
         lines += _filled(
             f"!  From row {verdict.slipped} on the sensors show something else, as if one had "
-            "slipped.  t take it as a step, k keep on without"
+            "slipped.  t take it as a step, k keep on without",
+            width=width,
         )
     elif math.isfinite(verdict.deviations):
         lines.append(f"row {verdict.row} fits ({significant(verdict.deviations, 2)} sigma)")
@@ -107,40 +122,35 @@ def resolved_text(verdict: Verdict) -> str:
     return f"Row {verdict.doubtful} is measured again."
 
 
-def pose_text(session: Session, pose: NDArray[np.float64]) -> str:
-    """A pose in the frames of the robot's file."""
+def pose_cells(session: Session, pose: NDArray[np.float64]) -> list[tuple[str, str, str]]:
+    """A pose in the frames of the robot's file: names, values and units of its coordinates."""
     robot = session.robot
     values = workspace_coordinates(robot, as_drawn(robot, pose[None]))[0]
-    return "  ".join(
-        _told(name, value, unit)
+    return [
+        _cell(name, value, unit)
         for (name, unit), value in zip(robot.space.units.items(), values.tolist(), strict=True)
+    ]
+
+
+def reading_cells(session: Session, readings: NDArray[np.float64]) -> list[tuple[str, str, str]]:
+    """Readings as the sensors show them: number of the leg, value and unit."""
+    robot = session.robot
+    shown = shown_readings(robot, readings[None])[0]
+    return [_cell(str(leg), value, robot.reading_unit) for leg, value in enumerate(shown, 1)]
+
+
+def _cell(name: str, value: float, unit: str) -> tuple[str, str, str]:
+    factor, sign = on_paper(unit)
+    return name, f"{factor * float(value):+.3f}", sign
+
+
+def _told(cells: Sequence[tuple[str, str, str]]) -> str:
+    return "  ".join(
+        f"{name} {value}{'' if unit == _DEGREE else ' '}{unit}" for name, value, unit in cells
     )
 
 
-def _readings(session: Session, readings: NDArray[np.float64]) -> str:
-    robot = session.robot
-    shown = shown_readings(robot, readings[None])[0]
-    named = enumerate(shown.tolist(), 1)
-    return "  ".join(_told(str(leg), value, robot.reading_unit) for leg, value in named)
-
-
-def _told(name: str, value: float, unit: str) -> str:
-    factor, sign = on_paper(unit)
-    space = "" if sign == "\N{DEGREE SIGN}" else " "
-    return f"{name} {factor * value:+.3f}{space}{sign}"
-
-
-def entry_units(columns: Sequence[str]) -> list[tuple[str, float, str]]:
-    """What is typed of a row: the name with its unit, how many SI units one is, the column."""
-    found = []
-    for column in columns:
-        stem, _, unit = column.rpartition("_")
-        factor, sign = on_paper(unit) if unit in ("m", "rad") else (1.0, "")
-        found.append((f"{stem} {sign}".strip() if sign else column, 1 / factor, column))
-    return found
-
-
-def end_text(session: Session, progress: Progress) -> str:
+def end_text(session: Session, progress: Progress, width: int = WIDTH) -> str:
     """What a session came to, and what to do now."""
     rows, share = plural(progress.rows, "row"), percent(progress.confidence)
     lines = _wanted(session, progress, "bound")
@@ -155,7 +165,7 @@ def end_text(session: Session, progress: Progress) -> str:
         if progress.unseen:
             more = len(progress.unseen) - _NAMED
             named = ", ".join(progress.unseen[:_NAMED]) + (f" and {more} more" if more > 0 else "")
-            lines += _filled(f"Known by their tolerances alone: {named}.", 2)
+            lines += _filled(f"Known by their tolerances alone: {named}.", 2, width)
     else:
         head = f"Not yet: {rows}, some {progress.more} more. So far:"
         if progress.degrees < LEAST_DEGREES:
@@ -168,8 +178,9 @@ def end_text(session: Session, progress: Progress) -> str:
             "After a repair: rows were dropped or put right, or something slipped, so that half as "
             "many robots as was wanted may exceed it.",
             2,
+            width,
         )
-    text = [*_filled(head), *lines]
+    text = [*_filled(head, 0, width), *lines]
     folder = session.folder
     if folder is not None and progress.rows:
         text += ["", f"symkin identify {folder / ROBOT} {folder / TABLE} --out calibrated"]
@@ -185,10 +196,10 @@ def _wanted(session: Session, progress: Progress, of: str) -> list[str]:
     ]
 
 
-def _filled(text: str, indent: int = 0) -> list[str]:
+def _filled(text: str, indent: int = 0, width: int = WIDTH) -> list[str]:
     return textwrap.wrap(
         text,
-        _WIDTH,
+        width,
         initial_indent=" " * indent,
         subsequent_indent=" " * (indent + 10 if indent else 0),
         break_long_words=False,

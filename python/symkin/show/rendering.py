@@ -17,7 +17,7 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from markupsafe import Markup, escape
 
@@ -326,14 +326,14 @@ def page_html(page: Page) -> str:
     Without matplotlib it has no figures, and a note that says so.
     The same results on the same day (UTC, or that of SOURCE_DATE_EPOCH) give the same bytes.
     """
-    return _rendered("report.html", page if _can_draw() else _without_figures(page))
+    return rendered("report.html", page=page if _can_draw() else _without_figures(page), shown=())
 
 
 def summary_html(page: Page, shown: Sequence[Table | Image] = ()) -> str:
     """Return title, verdict and the few numbers that matter, for a notebook; and these parts."""
     if not _can_draw():
         shown = [part for part in shown if not isinstance(part, Image)]
-    return _rendered("notebook.html", page, shown)
+    return rendered("notebook.html", page=page, shown=shown)
 
 
 def _can_draw() -> bool:
@@ -352,7 +352,8 @@ def _without_figures(page: Page) -> Page:
     return replace(page, sections=sections, notes=[*page.notes, note]) if left_out else page
 
 
-def _rendered(template: str, page: Page, shown: Sequence[Table | Image] = ()) -> str:
+def rendered(template: str, **values: Any) -> str:
+    """Return a template with these values in it."""
     import jinja2
 
     environment = jinja2.Environment(
@@ -371,7 +372,7 @@ def _rendered(template: str, page: Page, shown: Sequence[Table | Image] = ()) ->
     environment.filters["data"] = _data
     environment.filters["digest"] = _digest
     foot = {"version": version(), "day": _day()}
-    text = environment.get_template(template).render(page=page, shown=shown, **foot)
+    text = environment.get_template(template).render(**values, **foot)
     # A file's name may have bytes that are no character.
     return text.encode("utf-8", "backslashreplace").decode("utf-8")
 
