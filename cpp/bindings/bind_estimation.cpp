@@ -256,10 +256,10 @@ void bind_joint(py::module_& module) {
                       const symkin::RowMatrix& base_slopes, const symkin::Vector& zeros) {
             Setup setup = Setup::of(mechanism);
             if (curvature.rows() != setup.curvature.rows() || curvature.cols() != 3 ||
-                points.cols() != 3 || anchors.cols() != 3 || plane.size() != 3) {
+                points.cols() != 3 || anchors.cols() != 3 || plane.size() != 5 || !(plane[4] > 0)) {
               throw symkin::InvalidInput(
                   "expected the curvature as legs x 3, points and anchors as n x 3, the plane as "
-                  "3");
+                  "4 and the radius of its bow");
             }
             const auto fit = [](const symkin::RowMatrix& slopes, symkin::Index rows,
                                 symkin::Index columns) {
@@ -289,7 +289,8 @@ void bind_joint(py::module_& module) {
             setup.target = target;
             setup.points = points;
             setup.anchors = anchors;
-            setup.plane = plane;
+            setup.plane = plane.head<4>();
+            setup.bed_radius = plane[4];
             if (zeros.size() != 0 && zeros.size() != anchors.rows()) {
               throw symkin::InvalidInput("expected the zeros of distances as one an anchor");
             }
@@ -310,6 +311,7 @@ void bind_joint(py::module_& module) {
       .def_readonly("anchors", &Setup::anchors)
       .def_readonly("plane", &Setup::plane)
       .def_readonly("zeros", &Setup::zeros)
+      .def_readonly("bed_radius", &Setup::bed_radius)
       .def_property_readonly("leg_covariates",
                              [](const Setup& setup) {
                                std::vector<std::pair<std::string, bool>> covariates;

@@ -883,6 +883,9 @@ class Setup:
     def base_slopes(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
         ...
     @property
+    def bed_radius(self) -> float:
+        ...
+    @property
     def curvature(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
         ...
     @property
@@ -895,7 +898,7 @@ class Setup:
     def parameters(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
         ...
     @property
-    def plane(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[3, 1]"]:
+    def plane(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[4, 1]"]:
         ...
     @property
     def points(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:

@@ -161,6 +161,7 @@ class Robot(Mechanism):
         growth: bool | None = None,
         backlash: bool | None = None,
         sessions: Sequence[str] | None = None,
+        bow: float | str | None = None,
         confidence: float = CONFIDENCE,
     ) -> Estimate[Self]:
         """Return `symkin.identify` from measurements, with it as the nominal mechanism."""
@@ -188,6 +189,7 @@ class Robot(Mechanism):
             growth=growth,
             backlash=backlash,
             sessions=sessions,
+            bow=bow,
             confidence=confidence,
         )
 

@@ -28,6 +28,7 @@ Vector along(const Setup& setup, Index leg, const RowMatrix& covariates, LegCova
 }
 
 constexpr const char* kAxes[] = {"x", "y", "z", "rx", "ry", "rz"};
+constexpr const char* kBed[] = {"c0", "c1", "c2", "bow"};
 
 }  // namespace
 
@@ -119,8 +120,8 @@ std::vector<std::string> unknown_names(const Mechanism& mechanism, const Setup& 
   for (Index i = 0; position_size(space) > 0 && i < setup.zeros.size(); ++i) {
     set(list.zero(i), "distance" + std::to_string(i + 1) + ".zero");
   }
-  for (Index i = 0; position_size(space) == 3 && i < 3; ++i) {
-    set(list.plane() + i, "plane.c" + std::to_string(i));
+  for (Index i = 0; position_size(space) == 3 && i < 4; ++i) {
+    set(list.plane() + i, std::string("plane.") + kBed[i]);
   }
   return names;
 }
@@ -275,7 +276,7 @@ Setup moved(const Setup& setup, const Layout& layout, ConstVector change) {
   for (Index i = 0; i < setup.anchors.rows(); ++i) {
     result.anchors.row(i) += steps.segment<3>(list.anchor(i));
   }
-  result.plane += steps.segment<3>(list.plane());
+  result.plane += steps.segment<4>(list.plane());
   result.zeros += steps.segment(list.zero(0), setup.zeros.size());
   for (Index i = 0; i < setup.base_slopes.rows(); ++i) {
     result.base_slopes.row(i) += steps.segment<6>(list.base_slope(i));

@@ -30,8 +30,10 @@ struct Setup {
   Frame target;          // what the device measures the pose of, in the platform's frame
   RowMatrix points;      // n x 3, further targets in the platform's frame, metres
   RowMatrix anchors;     // n x 3, fixed points that distances are measured from, device's frame
-  // (c0, c1, c2) of the plane z = c0 + c1 x + c2 y of the base frame that a probe touches.
-  Eigen::Vector3d plane = Eigen::Vector3d::Zero();
+  // (c0, c1, c2, bow) of the bed z = c0 + c1 x + c2 y + bow (x^2 + y^2) / radius^2 of the base
+  // frame that a probe touches.
+  Eigen::Vector4d plane = Eigen::Vector4d::Zero();
+  double bed_radius = 1;
   Vector zeros;  // of the distances, by how much more is true than is shown; all or none
   // What changes from pose to pose by covariates, see Observations; at zero the rest is what it is.
   std::vector<LegCovariate> leg_covariates;
@@ -71,7 +73,7 @@ class UnknownList {
   Index point(Index i) const { return target() + 6 + 3 * i; }
   Index anchor(Index i) const { return point(points_) + 3 * i; }
   Index plane() const { return anchor(anchors_); }
-  Index zero(Index i) const { return plane() + 3 + i; }
+  Index zero(Index i) const { return plane() + 4 + i; }
   Index leg_slope(Index leg) const { return zero(zeros_) + leg * leg_slopes_; }
   Index base_slope(Index i) const { return leg_slope(legs_) + 6 * i; }
 
@@ -82,8 +84,8 @@ class UnknownList {
 };
 
 // Names as files and options say them: "leg2.distal_length", "base.x", "target.rz", "point1.x",
-// "anchor1.y", "plane.c1", "distance1.zero", "leg1.drift", "drift.x". Empty for a scalar that the
-// mechanism does not have, such as the z of a planar frame.
+// "anchor1.y", "plane.c1", "plane.bow", "distance1.zero", "leg1.drift", "drift.x". Empty for a
+// scalar that the mechanism does not have, such as the z of a planar frame.
 std::vector<std::string> unknown_names(const Mechanism& mechanism, const Setup& setup);
 
 // Whether a parameter of a chain is a length that is there.

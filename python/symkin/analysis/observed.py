@@ -24,7 +24,7 @@ from symkin.model.poses import (
     transforms,
     vectors_from_rotations,
 )
-from symkin.model.settings import Frames, NoiseSettings
+from symkin.model.settings import Frames, NoiseSettings, height_of_bed
 from symkin.options import Observable
 
 __all__ = ["Observable", "Observed", "Observing"]
@@ -60,7 +60,8 @@ class Observed:
     anchors : tuple of tuple of float
         Fixed points in the device's frame, m.
     plane : tuple of float
-        ``c0, c1, c2`` of the plane ``z = c0 + c1 x + c2 y`` in the base frame.
+        ``c0, c1, c2`` of the plane ``z = c0 + c1 x + c2 y`` in the base frame; of a bed that is
+        not flat its bow and radius beside, as in `Frames`.
     missing : float
         The fraction of readings that are not taken; each row keeps one.
     spread : float
@@ -142,7 +143,7 @@ class Observed:
     def in_frames(self, frames: Frames | None) -> Observed:
         """Return it with the base, target and plane of a mechanism where it gives none itself."""
         given = frames or Frames()
-        level = self.plane == (0.0, 0.0, 0.0)
+        level = not any(self.plane[:4])
         return replace(
             self,
             base=self.base or given.base or None,
@@ -238,7 +239,7 @@ class Observed:
                     f"a height above a plane is observed in space; this robot is {space}"
                 )
             normal = np.array([-self.plane[1], -self.plane[2], 1.0])
-            above = in_base.translation @ normal - self.plane[0]
+            above = in_base.translation[:, 2] - height_of_bed(self.plane, in_base.translation)
             heights = above / np.linalg.norm(normal)
             found["heights"] = noisy("heights", heights)
         if {"attitude", "tilt"}.intersection(self.kinds):

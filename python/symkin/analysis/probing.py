@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from symkin.data.measurements import ALL_LEGS, Measurements
 from symkin.errors import SymkinError
 from symkin.model.mechanism import Mechanism
+from symkin.model.settings import Frames
 from symkin.values import Value, field, record
 
 __all__ = [
@@ -22,6 +23,7 @@ __all__ = [
     "is_probed",
     "refuse_commanded",
     "ruler",
+    "with_bed_radius",
     "with_printed_length",
     "with_probing_defaults",
 ]
@@ -145,6 +147,27 @@ def with_probing_defaults(wanted: Mapping[str, Any], *, marked: bool = False) ->
     if "gauge" not in chosen:
         chosen.setdefault("prior", "tolerances")
     return chosen
+
+
+def with_bed_radius(mechanism: Mechanism, touched: NDArray[np.float64]) -> Mechanism:
+    """The mechanism with the radius of its bed's rim, where the farthest of these poses is.
+
+    Unless its frames say it.
+
+    Raises
+    ------
+    SymkinError
+        If no pose is anywhere, since no height is observed.
+    """
+    frames = mechanism.frames or Frames()
+    if len(frames.plane) > 3:
+        return mechanism
+    away = np.hypot(*touched[:, :2].T) if mechanism.space.size == 3 else np.zeros(0)
+    radius = float(np.nanmax(away, initial=0.0))
+    if not radius > 0:
+        raise SymkinError("bow is of a bed that is probed; no height is observed away from 0, 0")
+    plane = (*(frames.plane or (0.0, 0.0, 0.0)), 0.0, radius)
+    return mechanism.replace(frames=dataclasses.replace(frames, plane=plane))
 
 
 def with_printed_length(

@@ -261,7 +261,8 @@ class Observing:
         str | None,
         option(
             "C",
-            "'c0, c1, c2' of z = c0 + c1 x + c2 y for heights; by default 0, 0, 0.",
+            "'c0, c1, c2' of z = c0 + c1 x + c2 y for heights; by default 0, 0, 0. Of a bed "
+            "that is not flat how far its rim is above its middle, and the rim's radius, beside.",
             like="missing",
         ),
     ] = None
@@ -278,7 +279,7 @@ class Observing:
             target=quantities_of(self.target, frame, "--target") if self.target else (),
             points=tuple(quantities_of(e, frame[:size], "--points") for e in self.points or ()),
             anchors=tuple(quantities_of(e, frame[:size], "--anchors") for e in self.anchors or ()),
-            plane=quantities_of(self.plane or "0, 0, 0", ("m", "1", "1"), "--plane"),
+            plane=_plane_of(self.plane or "0, 0, 0"),
         )
         given = own_frames_of(mechanism, given)
         said = {name: each for name, each in vars(given).items() if each}
@@ -324,6 +325,7 @@ class Unknown:
     backlash: Annotated[bool | None, of("backlash", "--backlash")] = None
     assume: Annotated[list[str] | None, of("assume")] = None
     sessions: Annotated[list[str] | None, of("sessions")] = None
+    bow: Annotated[str | None, of("bow")] = None
 
     def arguments(self) -> Unknowns:
         """Read it, as arguments of `identify`."""
@@ -341,7 +343,19 @@ class Unknown:
             "backlash": self.backlash,
             "assume": assumed_of(several_of(self.assume)),
             "sessions": several_of(self.sessions),
+            "bow": None if self.bow is None else quantity_of(self.bow, "m", "--bow"),
         }
+
+
+def _plane_of(text: str) -> tuple[float, ...]:
+    """Read the plane of a bed, with the bow and the radius of one that is not flat."""
+    units = ("m", "1", "1") + ("m", "m") * (text.count(",") > 2)
+    plane = quantities_of(text, units, "--plane")
+    if len(plane) > 3 and not plane[-1] > 0:
+        raise typer.BadParameter(
+            f'--plane "{text}" ends with the radius of the rim; expected it above zero'
+        )
+    return plane
 
 
 def quantity_of(text: str, unit: str, option: str, *, is_reading: bool = False) -> float:

@@ -316,6 +316,7 @@ def identify_many(
     growth: bool | None = None,
     backlash: bool | None = None,
     sessions: Sequence[str] | None = None,
+    bow: float | str | None = None,
     tolerances: Literal["estimate"] | None = None,
     columns: MeasurementColumns | None = None,
     ignore: Sequence[str] = (),
@@ -334,7 +335,7 @@ def identify_many(
         By the robots' names; one by one, named by their files or numbered from 1; or one table with
         a column ``robot``, as for `read_fleet`.
     estimator, poses, loss, loss_scale, noise, max_iterations, free, fixed, shared, tie, prior, \
-frames, sensor, gauge, loss_per, assume, drift, step, growth, backlash, sessions
+frames, sensor, gauge, loss_per, assume, drift, step, growth, backlash, sessions, bow
         As for `identify`; by default what the mechanism's `identification` says. Where that is not
         all parameters of all legs, robots are identified as `identify` does, in seconds rather than
         milliseconds each.
@@ -389,6 +390,7 @@ frames, sensor, gauge, loss_per, assume, drift, step, growth, backlash, sessions
         growth=growth,
         backlash=backlash,
         sessions=sessions,
+        bow=bow,
         tolerances=tolerances,
         threads=threads,
         workers=workers,

@@ -67,6 +67,7 @@ def identify(
     growth: bool | None = None,
     backlash: bool | None = None,
     sessions: Sequence[str] | None = None,
+    bow: float | str | None = None,
     confidence: float = CONFIDENCE,
 ) -> Estimate[Nominal]:
     """Identify what is unknown of a robot from what was observed of it.
@@ -152,6 +153,10 @@ def identify(
         What every session of the measurements has of its own: the offsets of the sensors and where
         the base is to the measuring device, as so much more than in the last session, as in which
         the robot is; and its noise, as so many times the declared one, `Estimate.session_noise`.
+    bow : float or str, optional
+        How far the rim of a probed bed may be above its middle, as a standard deviation, m or a
+        text with a unit: it is then unknown, ``plane.bow``. The rim is where the farthest height
+        was taken, unless `frames` of the mechanism say its radius.
     confidence : float
         Share of such robots that are within the bounds of `Estimate.expected`.
 
@@ -193,6 +198,7 @@ def identify(
         "growth": growth,
         "backlash": backlash,
         "sessions": sessions,
+        "bow": bow,
     }
     wanted = _wanted(mechanism, measurements, given)
     if noise is None:

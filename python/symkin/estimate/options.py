@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import shlex
 from collections.abc import Mapping
 from typing import Literal
@@ -16,6 +17,7 @@ from symkin.estimate.unknowns import Gauge, LossPer, Priors, Sensor
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import NoiseSettings
 from symkin.options import Estimator, Loss, Moving, PoseUse, SessionsOwn, flags_of
+from symkin.storage.quantities import evaluate_quantity
 from symkin.values import Value, record
 
 __all__ = ["ROBUST", "EstimateOptions", "Estimator", "Loss", "PoseUse"]
@@ -48,6 +50,7 @@ class EstimateOptions(Value):
     growth: bool = False
     backlash: bool = False
     sessions: tuple[str, ...] = ()
+    bow: float | str | None = None
     confidence: float = CONFIDENCE
 
     def __post_init__(self) -> None:
@@ -74,6 +77,8 @@ class EstimateOptions(Value):
                 'noise is "estimate" and of every session; expected one of both: of sessions it is '
                 "estimated as so many times the declared one"
             )
+        if self.bow is not None:
+            object.__setattr__(self, "bow", _bow(self.bow))
         super().__post_init__()
 
     def on_command_line(self) -> str | None:
@@ -104,6 +109,25 @@ class EstimateOptions(Value):
             sessions=self.sessions,
         )
 
+    @property
+    def bow_deviation(self) -> float | None:
+        """How far the rim of a bed may be above its middle, m; None where it is not unknown."""
+        return None if self.bow is None else float(self.bow)
+
     def declared(self, noise: NoiseSettings) -> NoiseSettings:
         """The noise that was given, or else this."""
         return self.noise if isinstance(self.noise, NoiseSettings) else noise
+
+
+def _bow(given: float | str) -> float:
+    """A bow's deviation, m."""
+    try:
+        value = evaluate_quantity(given, "m") if isinstance(given, str) else float(given)
+    except SymkinError as error:
+        raise SymkinError(f'the bow "{given}" {error}') from error
+    if not 0 < value < math.inf:
+        raise SymkinError(
+            f"the bow is {given}; expected how far the rim of the bed may be above its middle, as "
+            "a positive standard deviation"
+        )
+    return value

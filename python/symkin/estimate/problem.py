@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.analysis.observability import with_combinations
-from symkin.analysis.probing import is_marked, ruler
+from symkin.analysis.probing import is_marked, ruler, with_bed_radius
 from symkin.data.measurements import ALL_LEGS, Measurements
 from symkin.data.observables import ATTITUDE, OBSERVABLES
 from symkin.errors import NotIdentifiableError, SymkinError
@@ -154,6 +154,8 @@ class Problem:
         measurements.require_legs(len(mechanism.legs))
         readings = measurements.readings
         mechanism = _with_surroundings(mechanism, measurements)
+        if options.bow is not None:
+            mechanism = with_bed_radius(mechanism, _touched(mechanism, measurements))
         curved = mechanism.curvature is not None
         straight = mechanism.replace(curvature=None) if curved else mechanism
         marked = "base" in options.frames and is_marked(measurements)
@@ -484,6 +486,15 @@ def without_pose(measurements: Measurements, pose: int) -> Measurements:
     return dataclasses.replace(measurements, **changes)  # type: ignore[arg-type]
 
 
+def _touched(mechanism: Mechanism, measurements: Measurements) -> Array:
+    """Where the nominal robot is at the readings of heights."""
+    heights = measurements.heights
+    rows = np.isfinite(heights).ravel() if heights is not None else np.zeros(0, dtype=bool)
+    if not rows.any():
+        return np.zeros((0, 3))
+    return np.asarray(mechanism.forward_kinematics(measurements.readings[rows])[0])
+
+
 def _with_ruler(mechanism: Mechanism, measurements: Measurements) -> Mechanism:
     """The mechanism with its base where marks on a piece were measured, unless that is given."""
     frames = mechanism.frames or Frames()
@@ -514,6 +525,7 @@ def layout_of(
         largest_readings=_largest_readings(mechanism, readings),
         per={each.name: each.per for each in covariates},
         reference=[each.name for each in covariates if each.is_reference],
+        bow=options.bow_deviation,
     )
 
 

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from symkin import _core
 from symkin.analysis.observability import name_combination
 from symkin.analysis.observed import Observed, Observing
-from symkin.analysis.probing import with_probing_defaults
+from symkin.analysis.probing import with_bed_radius, with_probing_defaults
 from symkin.analysis.promises import (
     CONFIDENCE,
     ExpectedAccuracy,
@@ -81,6 +81,7 @@ class Unknowns(TypedDict, total=False):
     backlash: bool | None
     assume: Mapping[str, float | str] | None
     sessions: Sequence[str] | None
+    bow: float | str | None
 
 
 def form_of(effects: Array) -> Array:
@@ -197,6 +198,9 @@ class Survey(Value):
             )
         if observed.kinds == ("height",):
             wanted = with_probing_defaults(wanted)
+        if wanted.get("bow") is not None:
+            probed = "height" in observed.kinds
+            mechanism = with_bed_radius(mechanism, poses if probed else poses[:0])
         floats = mechanism.device is not None and bool(
             wanted.get("frames") or observed.kinds == ("readings",)
         )

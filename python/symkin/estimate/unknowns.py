@@ -26,6 +26,7 @@ from symkin.values import Value, field, record
 
 __all__ = [
     "BED",
+    "BOW",
     "CONSTANT",
     "FRAMES",
     "REDUNDANT",
@@ -54,6 +55,7 @@ _CURVATURE = {
 CONSTANT = "a constant of the description"
 REDUNDANT = "since the sensor's offset does the same"
 SCALE, BED, SAG = "scale", "bed", "sag"  # what may be assumed besides scalars
+BOW = "plane.bow"
 _NO_TOLERANCE = 1e-6  # m or rad: next to what is made within a tolerance, as good as held
 _TERMS = ("sensor_quadratic", "sensor_cosine", "sensor_sine")
 
@@ -117,13 +119,15 @@ class Layout(Value):
         largest_readings: Sequence[float] | None = None,
         per: Mapping[str, str] | None = None,
         reference: Sequence[str] = (),
+        bow: float | None = None,
     ) -> Layout:
         """Lay out what is unknown; the arguments are those of `identify`.
 
         `largest_readings`, of each leg, make a length or an angle comparable with a sensor's
         quadratic term; by default 1 in its unit. `per`, by the names of covariates, are the units
         of their columns; slopes along them are unknown unless they are fixed. Of a `reference`
-        they are only where `free` or a prior names them.
+        they are only where `free` or a prior names them. `bow` is the deviation of a bed's, which
+        is unknown if there is one.
 
         Raises
         ------
@@ -151,6 +155,8 @@ class Layout(Value):
         named = [each for each in named if "session" in each]
         others = {i for i in slopes if {*scalars[i].split(".")} & {*reference}}
         chosen = (chosen | slopes) - others | (others & names.matching("free", named))
+        if bow is not None:
+            chosen |= names.matching("bow", [BOW])
         shared = [shared] if isinstance(shared, str) else list(shared)
         if "growth" in per:  # of one part as of another
             shared = [*shared, "growth"]
@@ -197,6 +203,9 @@ class Layout(Value):
             sums=tuple(sorted(names.index[name] for name in bound.measured)),
         )
         made = made._tied(bound, values)
+        if bow is not None and BOW in made.names:
+            known = np.where(np.array(made.names) == BOW, bow, made.prior)
+            made = replace(made, prior=known)
         return made.with_prior(prior) if prior is not None else made
 
     @property
@@ -329,6 +338,10 @@ class Layout(Value):
         held_ones = np.flatnonzero(~self.by_columns.any(axis=1)).tolist()
         found: dict[str, tuple[str, float]] = {}
         for pattern, given in assume.items():
+            if pattern == BED and BOW in self.names:
+                raise SymkinError(
+                    f'assume "{BED}" is of a bed whose bow is estimated; expected one of both'
+                )
             if pattern in (SCALE, BED, SAG):
                 unit = "" if pattern == SCALE else "m"
                 found[pattern] = unit, _deviation(pattern, given, unit, "assumption")
@@ -398,7 +411,7 @@ class _Names:
     ) -> None:
         self.scalars = scalars
         self.always_held = always_held
-        self.silent = set(_TERMS) - set(terms)
+        self.silent = ({*_TERMS} - {*terms}) | {BOW.rpartition(".")[2]}
         self.index = {name: i for i, name in enumerate(scalars) if name}
         self.of_legs = {
             i
@@ -458,6 +471,7 @@ def _chosen_frames(names: _Names, frames: Sequence[str]) -> set[int]:
         one_of("frames", each, FRAMES)
         block = each.rstrip("s") + "*" if each in ("points", "anchors") else each
         matched = {i for name, i in names.index.items() if fnmatchcase(name, f"{block}.*")}
+        matched.discard(names.index.get(BOW, -1))  # beds are flat but for who says otherwise
         if not matched:
             raise SymkinError(
                 f'frames "{each}": this mechanism has none; give where they are nominally in the '
@@ -614,7 +628,7 @@ def _units(mechanism: Mechanism, scalars: Sequence[str], per: Mapping[str, str])
         if block.startswith("leg"):
             return of_legs[int(block[3:]) - 1][own]
         if block == "plane":
-            return "m" if own == "c0" else ""
+            return "m" if own in ("c0", "bow") else ""
         return "rad" if own in ("phi", "rx", "ry", "rz") else "m"
 
     return tuple(map(unit, scalars))

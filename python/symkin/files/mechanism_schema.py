@@ -85,6 +85,20 @@ def _or_nowhere(place: Kind) -> Kind:
     return Kind(read, {"anyOf": [place.schema, {"type": "array", "maxItems": 0}]})
 
 
+def _or_bowed(flat: Kind) -> Kind:
+    """The plane of a bed, or that with its bow and the radius of its rim."""
+    bowed = _coordinates("m", "1", "1", "m", "m")
+
+    def read(raw: Any) -> tuple[float, ...]:
+        kind = bowed if isinstance(raw, list) and len(raw) > 3 else flat
+        found: tuple[float, ...] = kind.read(raw)
+        if len(found) > 3 and not found[-1] > 0:
+            raise QuantityError(f"is {raw}; expected the radius of the rim above zero, last")
+        return found
+
+    return Kind(read, {"anyOf": [flat.schema, bowed.schema]})
+
+
 def _row(kinds: Sequence[Kind], units: str) -> Kind:
     """A list of so many values, each of its own kind."""
     count = len(kinds)
@@ -251,6 +265,7 @@ IDENTIFICATION = table(
         "step": list_of(text(40)),
         "growth": boolean(),
         "backlash": boolean(),
+        "bow": quantity("m", "positive"),
         "sessions": list_of(choice(*OPTIONS["sessions"].words)),
     }
 )
@@ -369,7 +384,7 @@ def mechanism_table(
         frames["anchors"] = list_of(_coordinates(*place))
         frames["points"] = list_of(_or_nowhere(_coordinates(*place)))
     if space.size == 3:
-        frames["plane"] = _coordinates("m", "1", "1")
+        frames["plane"] = _or_bowed(_coordinates("m", "1", "1"))
     ends = dict.fromkeys(end for each in infos for end in ends_of(each))
     frames |= {f"{end}_centre": _coordinates(*place) for end in ends}
     # ``[shown, straight]`` of a sensor, of any number of turns.

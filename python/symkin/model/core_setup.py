@@ -40,7 +40,7 @@ def core_setup(
     slopes = slopes or Slopes((), np.zeros((count, 0)), (), np.zeros((0, 6)))
     frames = mechanism.frames or Frames()
     base, target = (frame(mechanism.pose_space, each) for each in (frames.base, frames.target))
-    plane = np.zeros(3)
+    plane = np.array([0.0, 0.0, 0.0, 0.0, 1.0])  # a bow of zero, at any radius
     plane[: len(frames.plane)] = frames.plane
     return _core.Setup(
         mechanism.core,
@@ -75,7 +75,7 @@ def setup_with(
         target or setup.target,
         np.array(setup.points if points is None else points),
         np.array(setup.anchors),
-        np.array(setup.plane),
+        np.append(setup.plane, setup.bed_radius),
         setup.leg_covariates,
         np.array(setup.leg_slopes),
         setup.base_covariates,
@@ -93,7 +93,7 @@ def frames_of(mechanism: Mechanism, setup: _core.Setup) -> Frames:
         target=tuple(target.tolist()),
         points=tuple(map(tuple, setup.points[:, :size].tolist())),
         anchors=tuple(map(tuple, setup.anchors[:, :size].tolist())),
-        plane=tuple(setup.plane.tolist()) if size == 3 else (),
+        plane=_bed_of(setup) if size == 3 else (),
     )
 
 
@@ -113,6 +113,13 @@ def scalar_values(setup: _core.Setup) -> Array:
     return np.concatenate(
         [*parts, setup.zeros, setup.leg_slopes.ravel(), setup.base_slopes.ravel()]
     )
+
+
+def _bed_of(setup: _core.Setup) -> tuple[float, ...]:
+    """The plane, and the bow and radius of a bed that has them."""
+    *plane, bow = setup.plane.tolist()
+    flat = bow == 0 and setup.bed_radius == 1
+    return tuple(plane) if flat else (*plane, bow, setup.bed_radius)
 
 
 def _of_core(found: _core.Frame) -> Transform:

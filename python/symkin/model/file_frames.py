@@ -194,9 +194,11 @@ def _frames_in(
     inner[:size] -= platform.translation[:size]
     plane: tuple[float, ...] = ()
     if space.in_space:  # z = 0 if nobody says so, in these frames or in those
-        c0, c1, c2 = frames.plane or (0.0, 0.0, 0.0)
+        c0, c1, c2, *bowed = frames.plane or (0.0, 0.0, 0.0)
         x, y, z = base.translation.tolist()
-        plane = (c0 + c1 * x + c2 * y - z, c1, c2)
+        bend = bowed[0] / bowed[1] ** 2 if bowed else 0.0
+        c0 += (c1 + bend * x) * x + (c2 + bend * y) * y - z
+        plane = (c0, c1 + 2 * bend * x, c2 + 2 * bend * y, *bowed)
     points = tuple(
         tuple((np.array(each) - platform.translation[:size]).tolist()) if len(each) else ()
         for each in frames.points

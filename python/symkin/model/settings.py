@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -285,7 +285,9 @@ class Frames(_Settings):
     anchors : tuple of tuple of float
         Fixed points that distances are measured from, in the device's frame, m.
     plane : tuple of float
-        c0, c1, c2 of the plane z = c0 + c1 x + c2 y of the base's frame that a probe touches.
+        c0, c1, c2 of the plane z = c0 + c1 x + c2 y of the base's frame that a probe touches; of a
+        bed that is not flat, its bow and radius beside: how far its rim, at this radius, is above
+        its middle, with the square of the way from there.
     """
 
     base: tuple[float, ...] = ()
@@ -293,6 +295,14 @@ class Frames(_Settings):
     points: tuple[tuple[float, ...], ...] = ()
     anchors: tuple[tuple[float, ...], ...] = ()
     plane: tuple[float, ...] = ()
+
+
+def height_of_bed(plane: Sequence[float], places: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Heights of a bed below places, shape (n, 2 or 3), in the base's frame; see `Frames`."""
+    c0, c1, c2, *bowed = plane
+    x, y = places[:, 0], places[:, 1]
+    bow, radius = bowed or (0.0, 1.0)
+    return np.asarray(c0 + c1 * x + c2 * y + bow * (x**2 + y**2) / radius**2)
 
 
 @dataclass(frozen=True)
@@ -355,6 +365,8 @@ class IdentificationSettings(_Settings):
         Of ``"leg"`` and ``"frame"``; rows, such as ``"63"`` or ``"frame:63"``.
     growth, backlash : bool or None
         See `identify`.
+    bow : float or None
+        How far the rim of a probed bed may be above its middle, m.
     noise : str or None
         ``"estimate"``.
     sessions : tuple of str or None
@@ -375,6 +387,7 @@ class IdentificationSettings(_Settings):
     step: tuple[str, ...] | None = None
     growth: bool | None = None
     backlash: bool | None = None
+    bow: float | None = None
     noise: str | None = None
     sessions: tuple[str, ...] | None = None
 

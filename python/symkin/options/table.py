@@ -143,6 +143,9 @@ _ALL = (
            help="What every session (column session, or each of several files) has of its own: "
                 "offsets of the sensors, frames (where the robot stands to the measuring device), "
                 "noise."),
+    Option("bow", str, metavar="SIZE", objects=True, seldom=_UNKNOWN,
+           help="The probed bed may not be flat: how far its rim may be above its middle, as a "
+                "standard deviation, such as 0.2mm. It is estimated then."),
     Option("changes", dict, metavar="NAME=SIZE", objects=True, seldom=_OBSERVING,
            help="What changes while the robot is measured, by the names of the unknowns: "
                 "leg2.drift=1 mrad, drift.x=0.1 mm, leg1.step40=1 mrad, growth=5e-5, "

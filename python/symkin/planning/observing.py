@@ -14,6 +14,7 @@ from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError
 from symkin.estimate.survey import PRIORS_HOLD, Survey, placed
 from symkin.model.mechanism import Mechanism
+from symkin.model.settings import height_of_bed
 from symkin.planning.selection import Task
 
 __all__ = ["is_probing", "on_the_bed"]
@@ -80,17 +81,17 @@ def on_the_bed(mechanism: Mechanism, observe: Observed, poses: Array) -> Array:
     SymkinError
         If the workspace has none.
     """
-    c0, c1, c2 = placed(mechanism, observe)[0].plane
+    plane = placed(mechanism, observe)[0].plane
     moved = np.array(poses)
-    moved[:, 2] = c0 + c1 * moved[:, 0] + c2 * moved[:, 1]
+    moved[:, 2] = height_of_bed(plane, moved)
     if mechanism.workspace is None:
         return moved
     low, high = mechanism.workspace.lower[2], mechanism.workspace.upper[2]
     inside = (moved[:, 2] >= low - _FREE_ROOM) & (moved[:, 2] <= high + _FREE_ROOM)
     if not inside.any():
         raise SymkinError(
-            f"the bed is at z = {c0:g} m, outside of the workspace's {low:g} to {high:g} m; say "
-            'where it is: --plane "c0, c1, c2" of z = c0 + c1 x + c2 y, or plane in the [frames] '
-            "of the mechanism's file"
+            f"the bed is at z = {plane[0]:g} m, outside of the workspace's {low:g} to {high:g} m; "
+            'say where it is: --plane "c0, c1, c2" of z = c0 + c1 x + c2 y, or plane in the '
+            "[frames] of the mechanism's file"
         )
     return moved[inside]

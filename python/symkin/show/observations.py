@@ -29,6 +29,7 @@ _SHOWN_ROWS = 8
 _WIDER = {
     "quadratic": "sensors that bend",
     "eccentric": "sensors that err once a turn",
+    "bow": "a bed that is bowed",
     "held": "nothing held or shared",
     "frames": "frames of device and target, the drawing within its tolerances",
 }

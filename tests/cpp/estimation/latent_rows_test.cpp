@@ -76,7 +76,8 @@ Observed1 observed(const Case& of) {
   }
   setup.points = RowMatrix::Zero(3, 3);
   setup.anchors = RowMatrix::Zero(2, 3);
-  setup.plane << 0.1, 0.02, -0.03;
+  setup.plane << 0.1, 0.02, -0.03, 0.05;
+  setup.bed_radius = 0.7;
   for (Index i = 0; i < dimensions; ++i) {
     setup.points.col(i) << 0.1 * random.normal(), 0.1 * random.normal(), 0.1 * random.normal();
     setup.anchors.col(i) << 2 + random.normal(), 2 + random.normal();

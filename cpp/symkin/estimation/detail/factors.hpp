@@ -11,7 +11,7 @@ namespace symkin::factors {
 
 // What was observed of a pose beside the readings. A kind of observation is one struct:
 //   kRows                     rows that it brings, 1 or 3
-//   kOwn                      whether it has three scalars of its own
+//   kOwn                      how many scalars it has of its own, 4 at most
 //   kValues                   measured values that it takes (of an orientation: its matrix by rows)
 //   misfit(scene, own, m)     kRows misfits, true less measured, at the measured values m
 // Derivatives are by autodiff in all directions of the pose, the frames and its own scalars.
@@ -31,9 +31,9 @@ struct Scene {
   Mat3<T> target_rotation;
 };
 
-// Directions: the pose's six, the kind's own three, the base's and the target's six. Those behind a
+// Directions: the pose's six, the kind's own four, the base's and the target's six. Those behind a
 // jet's last are held.
-inline constexpr int kPose = 0, kOwn = 6, kBase = 9, kTarget = 15, kDirections = 21;
+inline constexpr int kPose = 0, kOwn = 6, kBase = 10, kTarget = 16, kDirections = 22;
 
 template <typename T, typename S = typename T::Scalar>
 T variable(const S& value, int direction) {
@@ -179,9 +179,9 @@ Vec3<T> seen(const Scene<T>& scene, const Vec3<T>& point) {
 
 struct MeasuredPosition {
   static constexpr int kRows = 3, kValues = 3;
-  static constexpr bool kOwn = false;
+  static constexpr int kOwn = 0;
   template <typename T>
-  static Vec3<T> misfit(const Scene<T>& scene, const Vec3<T>& /*own*/,
+  static Vec3<T> misfit(const Scene<T>& scene, const std::array<T, 0>& /*own*/,
                         const typename T::Scalar* measured) {
     return seen(scene, scene.target_position) -
            Vec3<typename T::Scalar>{measured[0], measured[1], measured[2]};
@@ -190,9 +190,9 @@ struct MeasuredPosition {
 
 struct MeasuredOrientation {
   static constexpr int kRows = 3, kValues = 9;
-  static constexpr bool kOwn = false;
+  static constexpr int kOwn = 0;
   template <typename T>
-  static Vec3<T> misfit(const Scene<T>& scene, const Vec3<T>& /*own*/,
+  static Vec3<T> misfit(const Scene<T>& scene, const std::array<T, 0>& /*own*/,
                         const typename T::Scalar* measured) {
     return rotation_vector(
         times_transposed(scene.base_rotation * (scene.rotation * scene.target_rotation), measured));
@@ -201,9 +201,9 @@ struct MeasuredOrientation {
 
 struct ReportedPosition {
   static constexpr int kRows = 3, kValues = 3;
-  static constexpr bool kOwn = false;
+  static constexpr int kOwn = 0;
   template <typename T>
-  static Vec3<T> misfit(const Scene<T>& scene, const Vec3<T>& /*own*/,
+  static Vec3<T> misfit(const Scene<T>& scene, const std::array<T, 0>& /*own*/,
                         const typename T::Scalar* measured) {
     return scene.position - Vec3<typename T::Scalar>{measured[0], measured[1], measured[2]};
   }
@@ -211,9 +211,9 @@ struct ReportedPosition {
 
 struct ReportedOrientation {
   static constexpr int kRows = 3, kValues = 9;
-  static constexpr bool kOwn = false;
+  static constexpr int kOwn = 0;
   template <typename T>
-  static Vec3<T> misfit(const Scene<T>& scene, const Vec3<T>& /*own*/,
+  static Vec3<T> misfit(const Scene<T>& scene, const std::array<T, 0>& /*own*/,
                         const typename T::Scalar* measured) {
     return rotation_vector(times_transposed(scene.rotation, measured));
   }
@@ -221,7 +221,7 @@ struct ReportedOrientation {
 
 struct TargetPoint {  // own: the point in the platform's frame
   static constexpr int kRows = 3, kValues = 3;
-  static constexpr bool kOwn = true;
+  static constexpr int kOwn = 3;
   template <typename T>
   static Vec3<T> misfit(const Scene<T>& scene, const Vec3<T>& own,
                         const typename T::Scalar* measured) {
@@ -231,7 +231,7 @@ struct TargetPoint {  // own: the point in the platform's frame
 
 struct Distance {  // own: the fixed point in the device's frame
   static constexpr int kRows = 1, kValues = 1;
-  static constexpr bool kOwn = true;
+  static constexpr int kOwn = 3;
   template <typename T>
   static std::array<T, 1> misfit(const Scene<T>& scene, const Vec3<T>& own,
                                  const typename T::Scalar* measured) {
@@ -240,14 +240,16 @@ struct Distance {  // own: the fixed point in the device's frame
   }
 };
 
-struct Height {  // own: the plane, c0, c1, c2
-  static constexpr int kRows = 1, kValues = 1;
-  static constexpr bool kOwn = true;
+// own: the bed, c0, c1, c2 and its bow; beside the height 1 / the square of its radius is measured.
+struct Height {
+  static constexpr int kRows = 1, kValues = 2;
+  static constexpr int kOwn = 4;
   template <typename T>
-  static std::array<T, 1> misfit(const Scene<T>& scene, const Vec3<T>& own,
+  static std::array<T, 1> misfit(const Scene<T>& scene, const std::array<T, 4>& own,
                                  const typename T::Scalar* measured) {
     const Vec3<T> target = scene.position + scene.rotation * scene.target_position;
-    const T above = target[2] - own[0] - own[1] * target[0] - own[2] * target[1];
+    const T bowed = own[3] * (target[0] * target[0] + target[1] * target[1]) * measured[1];
+    const T above = target[2] - own[0] - own[1] * target[0] - own[2] * target[1] - bowed;
     return {above / sqrt(1.0 + own[1] * own[1] + own[2] * own[2]) - measured[0]};
   }
 };
@@ -257,9 +259,9 @@ struct Height {  // own: the plane, c0, c1, c2
 // pitch do not depend on the yaw, which may be missing.
 struct Attitude {
   static constexpr int kRows = 3, kValues = 3;
-  static constexpr bool kOwn = false;
+  static constexpr int kOwn = 0;
   template <typename T>
-  static Vec3<T> misfit(const Scene<T>& scene, const Vec3<T>& /*own*/,
+  static Vec3<T> misfit(const Scene<T>& scene, const std::array<T, 0>& /*own*/,
                         const typename T::Scalar* measured) {
     const Mat3<T> m = scene.base_rotation * (scene.rotation * scene.target_rotation);
     return {turned_beyond(m[2][1], m[2][2], measured[0]),
@@ -272,9 +274,9 @@ struct Attitude {
 // 2 atan2(2 a.v, 1 + trace M), v = vee((M - M')/2). Measured are the angle and the axis.
 struct Turn {
   static constexpr int kRows = 1, kValues = 4;
-  static constexpr bool kOwn = false;
+  static constexpr int kOwn = 0;
   template <typename T>
-  static std::array<T, 1> misfit(const Scene<T>& scene, const Vec3<T>& /*own*/,
+  static std::array<T, 1> misfit(const Scene<T>& scene, const std::array<T, 0>& /*own*/,
                                  const typename T::Scalar* measured) {
     const Mat3<T> m = scene.base_rotation * (scene.rotation * scene.target_rotation);
     const Vec3<T> twice{m[2][1] - m[1][2], m[0][2] - m[2][0], m[1][0] - m[0][1]};
@@ -290,9 +292,10 @@ struct Turn {
 template <typename Of>
 struct Along {
   static constexpr int kRows = 3, kValues = 12;
-  static constexpr bool kOwn = Of::kOwn;
+  static constexpr int kOwn = Of::kOwn;
   template <typename T>
-  static Vec3<T> misfit(const Scene<T>& scene, const Vec3<T>& own,
+  static Vec3<T> misfit(const Scene<T>& scene,
+                        const std::array<T, static_cast<std::size_t>(kOwn)>& own,
                         const typename T::Scalar* measured) {
     using S = typename T::Scalar;
     const Vec3<T> off = Of::misfit(scene, own, measured);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <array>
 #include <type_traits>
 
 #include "symkin/estimation/detail/factors.hpp"
@@ -132,13 +133,10 @@ class ObservedLanes {
     if (observation.zero >= 0) {
       measured[0] = measured[0] + T(in.scalars[observation.zero]);
     }
-    factors::Vec3<D> own{};
-    if (Factor::kOwn) {
-      T values[3];
-      for (Index i = 0; i < 3; ++i) {
-        values[i] = T(in.scalars[observation.own + i]);
-      }
-      own = factors::variable_position<D>(values, factors::kOwn);
+    std::array<D, static_cast<std::size_t>(Factor::kOwn)> own{};
+    for (int i = 0; i < Factor::kOwn; ++i) {
+      own[static_cast<std::size_t>(i)] =
+          factors::variable<D>(T(in.scalars[observation.own + i]), factors::kOwn + i);
     }
     const auto misfits = Factor::misfit(scene, own, measured);
     const T zero(0.0);
@@ -179,7 +177,7 @@ class ObservedLanes {
       if (observation.zero >= 0 && in.shared_of[12 + observation.zero] >= 0) {
         c.set(first + in.shared_of[12 + observation.zero], where_taken(T(-1.0)));
       }
-      for (int i = 0; Factor::kOwn && N > factors::kOwn && i < 3; ++i) {
+      for (int i = 0; N > factors::kOwn && i < Factor::kOwn; ++i) {
         const Index shared = in.shared_of[12 + observation.own + i];
         if (shared >= 0) {
           c.set(first + shared, where_taken(misfit.v[factors::kOwn + i]));

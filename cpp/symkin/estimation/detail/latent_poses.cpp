@@ -292,7 +292,8 @@ void LatentPoses::eliminate(const Setup& setup, const RowMatrix& poses, const Ro
   }
   target_.resize(12);
   write_frame(setup.target, target_.data());
-  scalars_.resize(setup.points.size() + setup.anchors.size() + 3 + setup.zeros.size());
+  scalars_.resize(setup.points.size() + setup.anchors.size() + setup.plane.size() +
+                  setup.zeros.size());
   scalars_ << Eigen::Map<const Vector>(setup.points.data(), setup.points.size()),
       Eigen::Map<const Vector>(setup.anchors.data(), setup.anchors.size()), setup.plane,
       setup.zeros;

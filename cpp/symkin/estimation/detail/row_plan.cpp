@@ -65,6 +65,14 @@ class Planner {
     add(RowOrigin::Kind::turn, Kind::turn, observations.turns, 0, {0}, place, 0);
   }
 
+  // A height, and what its bed's bow comes to by the square of the way from the middle.
+  void add_height(const Observed& observed, double by_square, Index own) {
+    const Index place = room(2);
+    values.col(place) = observed.values.col(0);
+    values.col(place + 1).setConstant(by_square);
+    add(RowOrigin::Kind::height, Kind::height, observed, 0, {0}, place, own);
+  }
+
   void add_pose(RowOrigin::Kind kind, bool reported, const Observed& observed) {
     if (!observed.any()) {
       return;
@@ -180,7 +188,7 @@ RowPlan planned_rows(const Mechanism& mechanism, const Observations& observation
                        i < setup.zeros.size() ? list.zero(i) - scalars : -1);
   }
   if (observations.heights.any()) {
-    planner.add_vector(RowOrigin::Kind::height, Kind::height, observations.heights, 0, {0},
+    planner.add_height(observations.heights, 1 / (setup.bed_radius * setup.bed_radius),
                        list.plane() - scalars);
   }
   if (observations.attitudes.any()) {

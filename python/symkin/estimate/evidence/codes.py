@@ -177,6 +177,12 @@ DOUBTS: Mapping[str, Code] = {
         "runs out of true{evidence}",
         "identify with {options}{help}",
     ),
+    "bed-bowed": Code(
+        "a bed that is not flat, its rim {amount} above its middle, explains the heights better"
+        "{evidence}: either it is bowed, or the robot is farther from the drawing than the "
+        "tolerances say",
+        "lay a straightedge on the bed; identify with {options} if it is",
+    ),
     "depends-on-pose": Code(
         "{whose}: the residuals depend on the pose, most on {terms}{amount}: something bends or "
         "sags, a joint is not where the chain has it, or the measuring device is distorted"

@@ -16,7 +16,7 @@ from symkin.estimate.fit import changed_settings
 from symkin.estimate.found import Found
 from symkin.estimate.precision import Heights
 from symkin.estimate.problem import Problem
-from symkin.estimate.unknowns import SAG, SCALE
+from symkin.estimate.unknowns import BED, SAG, SCALE
 from symkin.model.symmetry.groups import detect_symmetry
 
 __all__ = ["notes_of"]
@@ -88,6 +88,8 @@ def _of_the_device(found: Found, known: Collection[str]) -> Iterator[str]:
     points = measurements.points is not None and bool(np.isfinite(measurements.points).any())
     if (positions or points) and SCALE not in known:
         yield f"{SCALE} (of the measuring device)"
+    if found.measurements.heights is not None and BED not in known and found.options.bow is None:
+        yield f"{BED} (that it is flat)"
     blocks = {each.partition(".")[0] for each in (*known, *(own.name for own in found.unknowns))}
     if positions and _TARGET not in blocks:
         yield f"{_TARGET} (its place on the platform)"

@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 
 from symkin import _core
+from symkin.analysis.probing import is_probed
 from symkin.errors import SymkinError
 from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.evidence.frames import frame_doubt, with_frames
@@ -16,6 +17,7 @@ from symkin.estimate.fit import FALSE_ALARMS
 from symkin.estimate.found import Found
 from symkin.estimate.options import EstimateOptions
 from symkin.estimate.problem import Problem
+from symkin.estimate.unknowns import BED
 from symkin.model.core_setup import scalar_values
 from symkin.values import Value, field, record
 
@@ -28,6 +30,7 @@ __all__ = [
 
 
 _NAMED = 3
+_BOW = "1 mm"  # of a bed that nobody said to be flat: any that is used
 
 
 @record
@@ -37,7 +40,8 @@ class Alternative(Value):
     Attributes
     ----------
     what : str
-        "quadratic" or "eccentric" sensors, "frames", or "held" for what is held or shared.
+        "quadratic" or "eccentric" sensors, "bow" of a bed, "frames", or "held" for what is held or
+        shared.
     statistic : float
         F of what it explains besides, over what it leaves.
     terms, spare : int
@@ -80,6 +84,10 @@ def alternatives_of(found: Found) -> list[Alternative]:
         wider.append(("quadratic", options, dataclasses.replace(options, sensor="quadratic")))
         if found.nominal.reading_unit == "rad":
             wider.append(("eccentric", options, dataclasses.replace(options, sensor="eccentric")))
+    if is_probed(found.measurements) and options.bow is None:
+        assumed = {key: size for key, size in (options.assume or {}).items() if key != BED}
+        free = dataclasses.replace(options, bow=_BOW, assume=assumed)
+        wider.append(("bow", options, free))
     if options.free is not None or options.fixed or options.shared or options.tie:
         wider.append(("held", options, all_free(options)))
     # Without priors, end points that are free follow any frame.
@@ -146,11 +154,15 @@ def doubts_of_models(
 def _doubt_of(found: Found, other: Alternative, help_in_words: Callable[[str], str]) -> Doubt:
     evidence = f"F({other.terms}, {other.spare}) = {other.statistic:.3g}"
     figures = {"evidence": f" ({evidence})"}
-    if other.what in ("frames", "held"):
+    if other.what in ("frames", "held", "bow"):
         problem, fit, _ = Problem.of(found.nominal, found.measurements, other.options).resolved()
     if other.what == "frames":
         asked = found.nominal.space, fit.setup, found.options, other.options
         return frame_doubt(*asked, figures["evidence"], other.p_value)
+    if other.what == "bow":
+        bow = float(fit.setup.plane[3])
+        figures["amount"] = f"{1e3 * bow:+.2g} mm"
+        return Doubt("bed-bowed", size=bow, p=other.p_value, figures=figures, options={"bow": _BOW})
     figures["help"] = help_in_words(other.what)
     if other.what == "held":
         moved = _most_moved(found, problem, fit)
