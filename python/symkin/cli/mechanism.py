@@ -35,10 +35,12 @@ from symkin.cli.options import (
     of,
     option,
     quantity_of,
+    refuse_unless,
 )
 from symkin.data.columns import own_columns, pose_column_names, reading_column_names
 from symkin.data.pose_tables import read_pose_list
 from symkin.data.sensor_tables import read_all_readings, shown_readings
+from symkin.exports.logs import import_log, log_format_of
 from symkin.exports.reading import import_mechanism
 from symkin.files.template import mechanism_template
 from symkin.model.devices import DEVICES
@@ -241,7 +243,8 @@ _To = Literal[
     "klipper", "marlin", "reprapfirmware", "linuxcnc", "mjcf", "urdf", "sdf", "json", "yaml",
     "c-header", "table",
 ]  # fmt: skip
-_MECHANISM, _PROBED, _DISTANCES = "mechanism.toml", "probed.csv", "distances.csv"
+_MECHANISM, _MEASURED = "mechanism.toml", "measurements.csv"
+_PROBED, _DISTANCES = "probed.csv", "distances.csv"
 
 
 @command(
@@ -374,25 +377,85 @@ def export(
 @command(
     "symkin import printer.cfg --out printer",
     "symkin identify printer/mechanism.toml printer/probed.csv --out calibrated",
+    "symkin import g33.log --radius 80mm --out marlin",
+    "symkin import take.csv encoders.csv --mechanism robot.toml --out rests",
 )
 def import_(
     file: Annotated[
         Path,
         typer.Argument(
             metavar="FILE",
-            help="Klipper's printer.cfg of a linear delta, or an MJCF or URDF file of symkin.",
+            help="Klipper's printer.cfg of a delta, an MJCF or URDF file of symkin, or a log: of "
+            "Marlin, RepRapFirmware, Motive, Vicon, ROS, Maslow, JSON or Excel.",
         ),
     ],
-    out: Annotated[Path, folder_of("mechanism.toml, probed.csv and distances.csv")],
+    out: Annotated[
+        Path, folder_of("mechanism.toml, probed.csv, distances.csv and measurements.csv")
+    ],
+    beside: Annotated[
+        Path | None,
+        typer.Argument(
+            metavar="ENCODERS", help="Beside motion capture: what the encoders showed, with times."
+        ),
+    ] = None,
+    mechanism: Annotated[
+        str | None, option("ROBOT", "The robot that was logged: a file or a shipped name.")
+    ] = None,
+    radius: Annotated[
+        str | None, option("LENGTH", "How far from the middle Marlin's G33 probed.")
+    ] = None,
+    body: Annotated[
+        str | None, option("NAME", "The rigid body that is the platform's; by default the first.")
+    ] = None,
     overwrite: OverwriteOption = False,
 ) -> None:
-    """Make a mechanism file of a printer's configuration.
+    """Make tables, and a mechanism file where there is one, of what others have recorded.
 
-    Of Klipper's printer.cfg, linear deltas with what SAVE_CONFIG wrote: towers, rods, endstops, and
-    the heights that DELTA_CALIBRATE recorded; distances that DELTA_ANALYZE was told are kept in
-    distances.csv, which nothing reads yet. Models are read if symkin wrote them. Last printed
-    are the files that were written.
+    Of Klipper's printer.cfg, linear and rotary deltas with what SAVE_CONFIG wrote: towers, rods,
+    endstops, and the heights that DELTA_CALIBRATE recorded; distances that DELTA_ANALYZE was told
+    are kept in distances.csv, which nothing reads yet. Models are read if symkin wrote them. Logs
+    are known by what they hold, and become measurements.csv; what was taken of them and what was
+    left is said. Last printed are the files that were written.
     """
+    known = log_format_of(file)
+    if known is None:
+        for name, value in (("a second file", beside), ("--mechanism", mechanism),
+                            ("--radius", radius), ("--body", body)):  # fmt: skip
+            refuse_unless(value is None, f"{name} goes with a log; {file} is none that is known")
+        _import_mechanism(file, out, overwrite=overwrite)
+        return
+    with OutputFiles([file, *([beside] if beside else [])], overwrite) as outputs:
+        folder = outputs.folder(out, _MECHANISM, _MEASURED)
+        robot = None if mechanism is None else symkin.load_mechanism(mechanism)
+        found = import_log(
+            file,
+            beside,
+            mechanism=robot,
+            radius=None if radius is None else quantity_of(radius, "m", "--radius"),
+            body=body or "",
+        )
+        written = []
+        if found.mechanism is not None:
+            header = f"Read from {file.name}"
+            symkin.save_mechanism(found.mechanism, folder / _MECHANISM, header=header)
+            written.append(_MECHANISM)
+        if found.columns:
+            write_table(folder / _MEASURED, found.columns)
+            written.append(_MEASURED)
+    say(f"{file.name} is {found.kind}.")
+    for title, words in (("Took", found.took), ("Left", found.left)):
+        for each in words:
+            say(filled(f"{title} {each}."))
+    if found.columns:
+        of = shlex.quote(str(out / _MECHANISM if found.mechanism else mechanism or "MECHANISM"))
+        table, calibrated = (shlex.quote(str(out / name)) for name in (_MEASURED, "calibrated"))
+        say(f"\nNext: symkin identify {of} {table} --out {calibrated}\n")
+    for name in written:
+        say(str(out / name))
+
+
+def _import_mechanism(file: Path, out: Path, *, overwrite: bool) -> None:
+    """Import what is no log: a printer's configuration, or a model."""
     with OutputFiles([file], overwrite) as outputs:
         folder = outputs.folder(out, _MECHANISM, _PROBED, _DISTANCES)
         found = import_mechanism(file)

@@ -26,18 +26,19 @@ from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError
 from symkin.exports.common import MARK
 from symkin.exports.firmware import TOWERS, LinearDelta
+from symkin.exports.printers import (
+    ASSUMED,
+    ASSUMED_OF_CRANKS,
+    CONDITION,
+    few_heights,
+    printer_of,
+    rotary_of,
+)
 from symkin.model.chains import Leg, chain_info
 from symkin.model.file_frames import point_parameters, polar
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import rotations_from_vectors
-from symkin.model.settings import (
-    Frames,
-    IdentificationSettings,
-    JointLimits,
-    NoiseSettings,
-    Tolerances,
-    WorkspaceSettings,
-)
+from symkin.model.settings import WorkspaceSettings
 from symkin.storage.tables import file_bytes
 from symkin.values import Value, field, record
 
@@ -93,7 +94,9 @@ class Imported(Value):
     def distance_columns(self) -> dict[str, Array]:
         """The distances as columns of a table: ``distance_m``, ``from_psi_1_m``, ..."""
         legs = range(1, 1 + (self.distances.shape[1] - 1) // 2)
-        names = ["distance_m", *(f"{end}_psi_{leg}_m" for end in ("from", "to") for leg in legs)]
+        unit = self.mechanism.reading_unit
+        ends = (f"{end}_psi_{leg}_{unit}" for end in ("from", "to") for leg in legs)
+        names = ["distance_m", *ends]
         return dict(zip(names, self.distances.T, strict=True))
 
 
@@ -338,15 +341,6 @@ _MOST_BYTES = 10_000_000  # of a file: models have meshes beside them, not in th
 _SAVED = "#*#"  # begins the lines that SAVE_CONFIG writes
 _ANGLES = (210.0, 330.0, 90.0)
 _FULL_STEPS = 200.0
-_CONDITION = 10.0
-_NOISE = NoiseSettings(position=2.5e-5, orientation=0.0, reading=5e-6)
-_ASSUMED = (
-    f"Noise is assumed: {_NOISE.position * 1e3:g} mm of a height, {_NOISE.reading * 1e3:g} mm of a "
-    "carriage, until identify estimates it. So are workspace and tolerances; the file has them"
-)
-# What Klipper's own calibration estimates.
-_UNKNOWN = ("sensor_offset", "base_radius", "leg1.base_azimuth", "leg2.base_azimuth")
-_TELLING_HEIGHTS = 11  # of which these six leave five, from which a noise can be estimated
 
 
 def _printer(path: Path) -> Imported:
@@ -362,9 +356,13 @@ def _printer(path: Path) -> Imported:
     """
     config = _Config(path)
     kinematics = config.text("printer", "kinematics")
+    if kinematics == "rotary_delta":
+        return _rotary(config)
     if kinematics != "delta":
         raise config.error(
-            "printer", "kinematics", f'is "{kinematics}"; symkin reads "delta", a linear delta'
+            "printer",
+            "kinematics",
+            f'is "{kinematics}"; symkin reads "delta" and "rotary_delta"',
         )
     radius = config.number("printer", "delta_radius", above=0.0)
     first = [
@@ -385,9 +383,88 @@ def _printer(path: Path) -> Imported:
         np.ones(3),
     )
     printed = config.number("printer", "print_radius", radius, above=0.0)
-    notes = [*config.notes, _ASSUMED]
+    notes = [*config.notes, ASSUMED]
     measurements, distances = _records(config), _distances(config)
+    notes += _of_distances(config, distances)
+    few = measurements is not None and few_heights(len(measurements))
+    mechanism = printer_of(path.stem, delta, printed * 1e-3, few=few)
+    return Imported(mechanism, measurements, tuple(notes), distances)
+
+
+def _rotary(config: _Config) -> Imported:
+    """Read a rotary delta: its sensors read how far a crank has turned down from its endstop."""
+    radius = config.number("printer", "shoulder_radius", above=0.0)
+    height = config.number("printer", "shoulder_height", above=0.0)
+    names = ("upper_arm_length", "lower_arm_length", "position_endstop")
+    first = {each: config.number("stepper_a", each, above=0.0) for each in names}
+    crank, rod, stop = (
+        np.array([config.number(tower, each, first[each], above=0.0) for tower in TOWERS])
+        for each in names
+    )
+    angles = [
+        config.number(tower, "angle", each)
+        for tower, each in zip(TOWERS, (30.0, 150.0, 270.0), strict=True)
+    ]
+    raised = _raised(config, radius, height - stop, crank, rod)
+    legs = [
+        Leg(
+            "[R]US",
+            {
+                "proximal_length": float(crank[leg]) * 1e-3,
+                "distal_length": float(rod[leg]) * 1e-3,
+                "base_radius": radius * 1e-3,
+                "base_azimuth": math.radians(angles[leg]),
+                "base_height": height * 1e-3,
+                "axis_azimuth": math.radians(angles[leg]),
+                "axis_elevation": 0.0,
+                "axis_swing": 0.0,
+                "sensor_gain": 1.0,
+                "sensor_offset": -float(raised[leg]),
+            },
+            working_mode=1,
+        )
+        for leg in range(3)
+    ]
+    reach = 0.5 * float(min(crank.min(), rod.min() - radius))
+    top = float(stop.min())
+    low = config.number("printer", "minimum_z_position", 0.0)
+    if reach <= 0 or top <= low:
+        raise SymkinError(
+            f"{config.path}: cranks of {crank.min():g} mm and rods of {rod.min():g} mm leave no "
+            "room to print"
+        )
+    box = WorkspaceSettings(
+        (-reach * 1e-3, -reach * 1e-3, low * 1e-3),
+        (reach * 1e-3, reach * 1e-3, top * 1e-3),
+        home=(0.0, 0.0, (low + top) / 2e3),
+        conditioning_limit=CONDITION,
+    )
+    measurements, distances = _records(config, "rad"), _distances(config, "rad")
+    few = measurements is not None and few_heights(len(measurements))
+    mechanism = rotary_of(config.path.stem, legs, box, few=few)
+    notes = [*config.notes, ASSUMED_OF_CRANKS, *_of_distances(config, distances)]
+    return Imported(mechanism, measurements, tuple(notes), distances)
+
+
+def _raised(config: _Config, radius: float, below: Array, crank: Array, rod: Array) -> Array:
+    """Angles of cranks whose rods hold a nozzle in the middle, so far below the shoulders, rad."""
+    # Elbows are outwards, where circles about the shoulder and the nozzle meet.
+    away = np.hypot(radius, below)
+    with np.errstate(invalid="ignore"):
+        inner = np.arccos((crank**2 + away**2 - rod**2) / (2 * crank * away))
+    raised = (np.arctan2(-below, -radius) + inner + np.pi) % (2 * np.pi) - np.pi
+    if not np.isfinite(raised).all():
+        tower = TOWERS[int(np.argmax(~np.isfinite(raised)))]
+        raise config.error(
+            tower, "position_endstop", "is a height that these arms do not reach in the middle"
+        )
+    return np.asarray(raised)
+
+
+def _of_distances(config: _Config, distances: Array) -> list[str]:
+    """What is to be told of distances of printed objects."""
     lost = sum(1 for _ in config.numbered("delta_calibrate", "distance")) - len(distances)
+    notes = []
     if lost:
         notes.append(f"{lost} distances of printed objects are left out: they have no positions")
     if len(distances):
@@ -395,64 +472,31 @@ def _printer(path: Path) -> Imported:
             f"{len(distances)} distances of printed objects are kept, with the readings at their "
             "ends; identify does not use them: give it one with --printed"
         )
-    # Nobody knows how well a probe repeats; the heights that are left over tell.
-    few = measurements is not None and len(measurements) < _TELLING_HEIGHTS
-    mechanism = Mechanism(
-        path.stem,
-        delta.legs((0.0, 0.0, 0.0)),
-        platform="translating",
-        reading_unit="m",
-        workspace=_workspace(delta, printed * 1e-3),
-        joint_limits=JointLimits(upper=0.0),
-        noise=_NOISE,
-        tolerances=Tolerances(length=1e-3, angle=1e-2, gain=2e-3),
-        frames=Frames(plane=(0.0, 0.0, 0.0)),
-        identification=IdentificationSettings(
-            free=_UNKNOWN,
-            shared=("base_radius",),
-            noise=None if few else "estimate",
-        ),
-    )
-    return Imported(mechanism, measurements, tuple(notes), distances)
+    return notes
 
 
-def _workspace(delta: LinearDelta, radius: float) -> WorkspaceSettings:
-    """The largest box below the endstops whose corners are on the circle that is printed on."""
-    reach = min(radius, float(delta.arms.min()) - delta.radius)
-    side = 0.7 * reach
-    # The carriages are highest where the effector is at a corner next to their tower.
-    top = float((delta.endstops - delta.arms).min())
-    if side <= 0 or top <= 0:
-        raise SymkinError(
-            f"rods of {delta.arms.min() * 1e3:g} mm, a radius of {delta.radius * 1e3:g} mm and "
-            f"endstops {delta.endstops.min() * 1e3:g} mm above the bed leave no room to print"
-        )
-    return WorkspaceSettings(
-        (-side, -side, 0.0),
-        (side, side, top),
-        home=(0.0, 0.0, top / 2),
-        conditioning_limit=_CONDITION,
-    )
-
-
-def _distances(config: _Config) -> Array:
+def _distances(config: _Config, unit: str = "m") -> Array:
     """What DELTA_ANALYZE was told of a printed object: a distance, and where its ends are."""
     section, rows = "delta_calibrate", []
     for name in config.numbered(section, "distance"):
         if not config.has(section, f"{name}_pos1"):
             continue
         ends = [config.triple(section, f"{name}_pos{end}") for end in (1, 2)]
-        rows.append((config.number(section, name, above=0.0) * 1e-3, *_ways(config, ends).ravel()))
+        rows.append(
+            (config.number(section, name, above=0.0) * 1e-3, *_ways(config, ends, unit).ravel())
+        )
     return np.array(rows).reshape(-1, 7)
 
 
-def _ways(config: _Config, steps: Sequence[Sequence[float]]) -> Array:
-    """Ways of the carriages from the endstops, which steps count downwards, m."""
-    ways = np.array([_step(config, tower) for tower in TOWERS])
-    return np.asarray(-np.array(steps) * ways * 1e-3 + 0.0)  # zero is no negative zero
+def _ways(config: _Config, steps: Sequence[Sequence[float]], unit: str) -> Array:
+    """Ways from the endstops, which steps count downwards: to smaller heights, larger angles."""
+    radians = unit == "rad"
+    ways = np.array([_step(config, tower, radians=radians) for tower in TOWERS])
+    ways *= 1.0 if radians else -1e-3
+    return np.asarray(np.array(steps) * ways + 0.0)  # zero is no negative zero
 
 
-def _records(config: _Config) -> Measurements | None:
+def _records(config: _Config, unit: str = "m") -> Measurements | None:
     """What was probed."""
     section = "delta_calibrate"
     heights, steps = [], []
@@ -464,18 +508,21 @@ def _records(config: _Config) -> Measurements | None:
         return None
     return Measurements.of(
         np.full((len(heights), 3), np.nan),
-        _ways(config, steps),
+        _ways(config, steps, unit),
         heights=np.array(heights) * 1e-3,
         pose_space="translating",
-        reading_unit="m",
+        reading_unit=unit,
     )
 
 
-def _step(config: _Config, stepper: str) -> float:
-    """Way of a carriage by one step of its motor, mm."""
+def _step(config: _Config, stepper: str, *, radians: bool = False) -> float:
+    """Way of a carriage by one step of its motor, mm; of a crank its turn, rad."""
     if config.has(stepper, "step_distance"):  # before Klipper 0.10
         return config.number(stepper, "step_distance", above=0.0)
-    turn = config.number(stepper, "rotation_distance", above=0.0)
+    default = repr(2 * math.pi) if radians else None
+    turn = config.number(
+        stepper, "rotation_distance", None if default is None else float(default), above=0.0
+    )
     steps = config.number(stepper, "full_steps_per_rotation", _FULL_STEPS, above=0.0)
     steps *= config.number(stepper, "microsteps", above=0.0)
     for pair in re.split(r"\s*,\s*", config.text(stepper, "gear_ratio", "1:1")):

@@ -240,3 +240,81 @@ def test_a_wrong_configuration_is_refused_at_its_option(
     assert old in text
     with pytest.raises(SymkinError, match=re.escape(words)):
         import_mechanism(config(text.replace(old, new)))
+
+
+# --- Rotary deltas ---
+
+CRANKED = {"radius": 90.0, "height": 360.0, "crank": 100.0, "rod": 320.0, "angles": (30, 150, 270)}
+ENDSTOPS = (120.0, 119.2, 120.9)  # heights of the nozzle
+STEP_RAD = 2 * math.pi / (200 * 16 * 107 / 16)
+
+
+def nozzle_height(raised: float) -> float:
+    """Height of a nozzle in the middle with all cranks raised so far, mm."""
+    across = CRANKED["radius"] + CRANKED["crank"] * math.cos(raised)
+    below = math.sqrt(CRANKED["rod"] ** 2 - across**2)
+    return CRANKED["height"] + CRANKED["crank"] * math.sin(raised) - below
+
+
+def raised_at(height: float) -> float:
+    """The angle of a crank with the nozzle in the middle, by bisection."""
+    low, high = -1.4, 1.4
+    for _ in range(80):
+        middle = (low + high) / 2
+        low, high = (middle, high) if nozzle_height(middle) < height else (low, middle)
+    return low
+
+
+def rotary_config(heights: int = 12) -> tuple[str, np.ndarray]:
+    """A rotary delta that probed its bed where the readings of legs say."""
+    stops = [raised_at(each) for each in ENDSTOPS]
+    text = ["[printer]", "kinematics: rotary_delta", f"shoulder_radius: {CRANKED['radius']}",
+            f"shoulder_height: {CRANKED['height']}"]  # fmt: skip
+    for tower, stop in zip("abc", ENDSTOPS, strict=True):
+        text += [f"[stepper_{tower}]", "gear_ratio: 107.000:16", "microsteps: 16",
+                 f"position_endstop: {stop}", f"upper_arm_length: {CRANKED['crank']}",
+                 f"lower_arm_length: {CRANKED['rod']}"]  # fmt: skip
+    random = np.random.default_rng(1)
+    places = random.uniform(-60, 60, (heights, 2))
+    record, taken = ["[delta_calibrate]"], []
+    for i, (x, y) in enumerate(places):
+        steps = []
+        for stop, degrees in zip(stops, CRANKED["angles"], strict=True):
+            a = math.radians(degrees)
+            along, aside = x * math.cos(a) + y * math.sin(a), -x * math.sin(a) + y * math.cos(a)
+            best = min(  # the elbow is outwards
+                np.linspace(-1.4, 1.4, 20001),
+                key=lambda r: abs(
+                    math.hypot(
+                        CRANKED["radius"] + CRANKED["crank"] * math.cos(r) - along,
+                        aside,
+                        CRANKED["height"] + CRANKED["crank"] * math.sin(r),
+                    )
+                    - CRANKED["rod"]
+                ),
+            )
+            steps.append((stop - best) / STEP_RAD)
+        taken.append([x, y])
+        record += [f"height{i}: 0.0", f"height{i}_pos: " + ",".join(f"{s:.3f}" for s in steps)]
+    return "\n".join(text + record) + "\n", np.array(taken)
+
+
+def test_a_rotary_delta_stands_where_its_steps_say(tmp_path: Path) -> None:
+    text, places = rotary_config()
+    (tmp_path / "printer.cfg").write_text(text, encoding="utf-8")
+    found = import_mechanism(tmp_path / "printer.cfg")
+    assert found.mechanism.chain == "[R]US"
+    assert found.measurements is not None
+    poses, reached = found.mechanism.forward_kinematics(found.measurements.readings)
+    assert reached.all()
+    assert poses[:, :2] == pytest.approx(places * 1e-3, abs=2e-5)
+    assert np.abs(poses[:, 2]).max() < 2e-5  # on the bed
+    said = symkin.identify(found.mechanism, found.measurements, noise=found.mechanism.noise)
+    assert said.converged
+
+
+def test_a_rotary_delta_that_cannot_reach_its_endstop_is_refused(tmp_path: Path) -> None:
+    text = rotary_config(2)[0].replace("position_endstop: 120.0", "position_endstop: 900")
+    (tmp_path / "printer.cfg").write_text(text, encoding="utf-8")
+    with pytest.raises(SymkinError, match=r"stepper_a.*position_endstop.*do not reach"):
+        import_mechanism(tmp_path / "printer.cfg")

@@ -1,0 +1,472 @@
+# SPDX-License-Identifier: MIT
+"""Motion capture beside encoders: Motive's and Vicon's CSV, and what ROS bags are exported to.
+
+A take and a log of the encoders have clocks of their own, see `symkin.analysis.clocks`. What is
+taken of both are means over rests, since there no clock matters.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin.analysis.clocks import Track, align_clocks, rests_of
+from symkin.data.columns import own_columns, read_readings, reading_column_names
+from symkin.exports.logs.log import Asked, ImportedLog, Log, LogFormat
+from symkin.model.mechanism import Mechanism
+from symkin.model.poses import quaternions_from_rotation_vectors, rotations_from_quaternions
+from symkin.storage.quantities import unit_factor
+from symkin.storage.tables import read_table
+
+__all__ = ["MOTIVE", "ROS", "VICON"]
+
+Array = NDArray[np.float64]
+
+_UNITS = {"meters": 1.0, "metres": 1.0, "millimeters": 1e-3, "millimetres": 1e-3,
+          "centimeters": 1e-2, "mm": 1e-3, "cm": 1e-2, "m": 1.0}  # fmt: skip
+_TIMES = {"time_s": 1.0, "time_ms": 1e-3, "time_us": 1e-6, "time_ns": 1e-9}
+_LIKE = 0.5  # correlation of distances below which two logs are of two motions
+# From y up to z up.
+_UPRIGHT = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+
+
+@dataclass(frozen=True)
+class _Take:
+    """What a device saw of the platform."""
+
+    times: Array
+    positions: Array  # (N, 3), m
+    quaternions: Array  # (N, 4), x y z w; NaN where it has none
+    points: Array  # (N, k, 3)
+    took: tuple[str, ...]
+    left: tuple[str, ...]
+
+    @property
+    def track(self) -> Track:
+        """Where it was, by what was seen throughout."""
+        if np.isfinite(self.positions).any():
+            return Track(self.times, self.positions)
+        return Track(self.times, self.points.mean(axis=1))
+
+
+def _rows(log: Log, most: int | None = None) -> list[list[str]]:
+    try:
+        return [row for _, row in zip(range(most or 10**9), csv.reader(log.lines), strict=False)]
+    except csv.Error as error:
+        raise log.error(f"is no CSV: {error}") from error
+
+
+def _numbers(log: Log, rows: Sequence[Sequence[str]], first: int, width: int) -> Array:
+    """Cells as numbers; NaN where nothing was seen. `first` is the number of the first row."""
+    found = np.full((len(rows), width), np.nan)
+    for i, row in enumerate(rows):
+        if len(row) > width:
+            raise log.error(f"row {first + i} has {len(row)} cells; expected {width}")
+        for k, cell in enumerate(row):
+            if not cell.strip():
+                continue
+            try:
+                found[i, k] = float(cell)
+            except ValueError as error:
+                raise log.error(f'row {first + i} has "{cell[:40]}"; expected a number') from error
+    return np.where(np.isfinite(found), found, np.nan)
+
+
+def _of_take(read: Callable[[Log, Asked], _Take], title: str) -> Callable[[Log, Asked], Any]:
+    """A reader that joins a take with what the encoders showed."""
+
+    def reader(log: Log, asked: Asked) -> ImportedLog:
+        take = read(log, asked)
+        if asked.beside is None:
+            columns = _columns_of_take(take, np.arange(len(take.times)))
+            columns = {"time_s": take.times, **columns}
+            left = (*take.left, "rests: without a log of the encoders every sample is a row")
+            return ImportedLog(title, columns, None, take.took, left)
+        if asked.mechanism is None:
+            raise log.error(
+                "was recorded beside encoders, whose clock is found by where the robot should have "
+                "been; say which robot: --mechanism FILE"
+            )
+        return _joined(take, asked.beside, asked.mechanism, title)
+
+    return reader
+
+
+def _joined(take: _Take, beside: Log, robot: Mechanism, title: str) -> ImportedLog:
+    """Means of both over the rests that both show."""
+    times, readings = _encoders(beside, robot)
+    poses, _ = robot.forward_kinematics(readings)
+    size = robot.space.size
+    if not size:
+        raise beside.error("is of a platform that only turns; expected one that moves")
+    shown = Track(times, np.where(np.isfinite(poses[:, :size]), poses[:, :size], np.nan))
+    seen = take.track
+    clocks = align_clocks(seen, shown)
+    rests = rests_of(seen, shown, clocks)
+    rows: list[tuple[NDArray[np.intp], NDArray[np.intp]]] = []
+    for begin, end in rests:
+        own = np.flatnonzero((take.times >= begin) & (take.times <= end))
+        there = clocks.of_first(times)
+        other = np.flatnonzero((there >= begin) & (there <= end))
+        if len(own) > 2 and len(other) > 2:
+            rows.append((own, other))
+    if not rows:
+        raise beside.error(
+            "and the take share no rest of 0.3 s or more; hold still at each pose, since samples "
+            "taken while it moves are as wrong as the clocks are"
+        )
+    if not _alike(seen.positions, shown.positions, rows):
+        raise beside.error(
+            "and the take are not of one motion: the places where they rest are otherwise apart"
+        )
+    columns: dict[str, Array] = {"time_s": np.array([take.times[own].mean() for own, _ in rows])}
+    parts = [_columns_of_take(take, own, mean=True, robot=robot) for own, _ in rows]
+    for name in parts[0]:
+        columns[name] = np.array([part[name][0] for part in parts])
+    means = np.array([np.nanmean(readings[other], axis=0) for _, other in rows])
+    names = reading_column_names(len(robot.legs), robot.reading_unit)
+    columns |= dict(zip(names, means.T, strict=True))
+    off = 1e3 * (clocks.deviation if math.isfinite(clocks.deviation) else 0.0)
+    took = (
+        *take.took,
+        f"{len(rows)} rests, means over {int(np.median([len(own) for own, _ in rows]))} samples of "
+        f"the take (median)",
+        f"the encoders' clock: {clocks.offset:+.4f} s, {1e6 * (clocks.rate - 1):+.0f} ppm, known "
+        f"within {off:.2g} ms; speeds alike by {clocks.correlation:.3f}",
+    )
+    used = sum(len(own) for own, _ in rows)
+    left = (*take.left, f"{len(take.times) - used} samples of the take between rests")
+    return ImportedLog(title, columns, None, took, left)
+
+
+def _alike(
+    seen: Array, shown: Array, rows: Sequence[tuple[NDArray[np.intp], NDArray[np.intp]]]
+) -> bool:
+    """Whether two logs have much the same distances between the places where they rest."""
+    if len(rows) < 4:  # of which nobody can tell
+        return True
+    apart = []
+    for places, which in ((seen, 0), (shown, 1)):
+        means = np.array([np.nanmean(places[row[which]], axis=0) for row in rows])
+        away = np.linalg.norm(means[:, None] - means[None], axis=2)
+        apart.append(away[np.triu_indices(len(rows), 1)])
+    first, second = (each - each.mean() for each in apart)
+    size = float(np.linalg.norm(first) * np.linalg.norm(second))
+    return size == 0 or float(first @ second) / size > _LIKE
+
+
+def _columns_of_take(
+    take: _Take, rows: NDArray[np.intp], *, mean: bool = False, robot: Mechanism | None = None
+) -> dict[str, Array]:
+    """Columns of a table of measurements; of their mean, one row."""
+
+    def averaged(values: Array) -> Array:
+        some = values[rows]
+        if not mean:
+            return np.asarray(some)
+        good = np.isfinite(some).all(axis=1)
+        return np.asarray(some[good].mean(axis=0, keepdims=True) if good.any() else some[:1])
+
+    columns: dict[str, Array] = {}
+    space = None if robot is None else robot.space
+    size = 3 if space is None else space.size
+    if np.isfinite(take.positions).any():
+        places = averaged(take.positions)
+        columns |= {f"{axis}_m": places[:, k] for k, axis in enumerate("xyz"[:size])}
+    if np.isfinite(take.quaternions).any() and (space is None or space.turns):
+        turns = take.quaternions.copy()
+        if mean:  # q and -q are one rotation
+            turns[rows] *= np.sign(turns[rows] @ turns[rows][0])[:, None]
+        turns = averaged(turns)
+        turns = turns / np.linalg.norm(turns, axis=1, keepdims=True)
+        if size == 3:
+            columns |= {name: turns[:, k] for k, name in enumerate(("qx", "qy", "qz", "qw"))}
+        else:
+            rotations = rotations_from_quaternions(turns)
+            columns["phi_rad"] = np.arctan2(rotations[:, 1, 0], rotations[:, 0, 0])
+    for i in range(take.points.shape[1]):
+        places = averaged(take.points[:, i])
+        columns |= {f"p{i + 1}_{axis}_m": places[:, k] for k, axis in enumerate("xyz"[:size])}
+    return columns
+
+
+def _encoders(log: Log, robot: Mechanism) -> tuple[Array, Array]:
+    """Times and readings of a table with a column of time, or of ROS's joint states."""
+    legs = len(robot.legs)
+    if _is_ros(log):
+        names, values = _ros_table(log)
+        found = [_ros_column(names, f"position{leg}", f"position[{leg}]") for leg in range(legs)]
+        if None in found:
+            raise log.error(f"has no positions of {legs} joints (field.position0, ...)")
+        return values[:, 0], values[:, [each for each in found if each is not None]]
+    table = read_table(log.path)
+    name = next((each for each in _TIMES if each in table.names), None)
+    if name is None:
+        raise log.error(
+            f"has no column {', '.join(_TIMES)}, of when each sample was taken (columns present: "
+            f"{', '.join(table.names)})"
+        )
+    times = _TIMES[name] * table.numbers(name)
+    columns = own_columns(table, robot.pose_space, legs, partial=True)
+    return times, read_readings(table, columns, robot.reading_unit)
+
+
+# --- OptiTrack's Motive ---
+
+
+def _is_motive(log: Log) -> bool:
+    return log.data[:2000].lstrip(b"\xef\xbb\xbf").startswith(b"Format Version,")
+
+
+def _read_motive(log: Log, asked: Asked) -> _Take:
+    rows = _rows(log)
+    said = dict(zip(rows[0][::2], rows[0][1::2], strict=False))
+    unit = said.get("Length Units", "Meters")
+    if unit.lower() not in _UNITS:
+        raise log.error(f'has Length Units "{unit}"; expected Meters, Centimeters or Millimeters')
+    factor = _UNITS[unit.lower()]
+    head = next((i for i, row in enumerate(rows[:12]) if row and row[0] == "Frame"), None)
+    if head is None or head < 3:
+        raise log.error('has no row that begins with "Frame"; expected a take that Motive exported')
+    by = {row[1]: row for row in rows[1:head] if len(row) > 1 and row[1]}
+    for name in ("Type", "Name"):
+        if name not in by:
+            raise log.error(f'has no row "{name}" above its columns; export it with a header')
+    width = len(rows[head])
+    what, axes = rows[head - 1], rows[head]
+    cells = [[*row, *[""] * (width - len(row))] for row in (by["Type"], by["Name"], what)]
+    types, names, kinds = cells
+    data = _numbers(log, rows[head + 1 :], head + 2, width)
+    data = data[np.isfinite(data[:, 1])] if width > 1 else data
+    if len(data) < 1 or width < 5:
+        raise log.error("has no samples below its header")
+    bodies = list(
+        dict.fromkeys(n for t, n in zip(types, names, strict=True) if t == "Rigid Body" and n)
+    )
+    markers = list(
+        dict.fromkeys(n for t, n in zip(types, names, strict=True) if t == "Marker" and n)
+    )
+
+    def columns(name: str, kind: str, of: str) -> list[int]:
+        found = {
+            axes[k]: k
+            for k in range(width)
+            if names[k] == name and types[k] == kind and kinds[k] == of
+        }
+        return [found[axis] for axis in ("XYZW" if of == "Rotation" else "XYZ") if axis in found]
+
+    body = _chosen(log, bodies, asked.body, "rigid body")
+    none = np.full((len(data), 3), np.nan)
+    places, turns = none, np.full((len(data), 4), np.nan)
+    points = np.zeros((len(data), 0, 3))
+    left = [f'rigid body "{each}"' for each in bodies if each != body]
+    if body:
+        place = columns(body, "Rigid Body", "Position")
+        if len(place) != 3:
+            raise log.error(f'has no position X, Y, Z of the rigid body "{body}"')
+        places = factor * data[:, place] @ _UPRIGHT.T
+        turn = columns(body, "Rigid Body", "Rotation")
+        if len(turn) == 4:
+            turns = data[:, turn]
+            turns = np.column_stack([turns[:, :3] @ _UPRIGHT.T, turns[:, 3]])
+        elif turn:
+            left.append(
+                f'the rotation of "{body}" as Euler angles: export it as quaternions, which have '
+                "one order"
+            )
+        left += [f"{len(markers)} markers"] * bool(markers)
+    elif markers:
+        found = [columns(each, "Marker", "Position") for each in markers]
+        if any(len(each) != 3 for each in found):
+            raise log.error("has markers without X, Y, Z")
+        points = np.stack([factor * data[:, each] @ _UPRIGHT.T for each in found], axis=1)
+    else:
+        raise log.error("has neither a rigid body nor markers")
+    what_of = f"the rigid body {body!r}" if body else f"{len(markers)} markers"
+    took = (
+        f"{len(data)} samples of {what_of} of the take {said.get('Take Name', 'without a name')!r}",
+        "axes with z up, x as Motive has it (Motive's y is up)",
+    )
+    left += [each for each in ("Mean Marker Error",) if each in kinds]
+    return _Take(data[:, 1], places, turns, points, took, tuple(left))
+
+
+def _chosen(log: Log, bodies: Sequence[str], wanted: str, what: str) -> str:
+    if wanted and wanted not in bodies:
+        raise log.error(f'has no {what} "{wanted}"; expected {" or ".join(bodies) or "none"}')
+    return wanted or (bodies[0] if bodies else "")
+
+
+# --- Vicon ---
+
+_VICON = ("Trajectories", "Segments", "Objects", "Global Coordinates")
+
+
+def _is_vicon(log: Log) -> bool:
+    first = log.data[:400].lstrip(b"\xef\xbb\xbf").splitlines()[:1]
+    return bool(first) and first[0].strip(b' ,"\t').decode("latin-1") in _VICON
+
+
+def _read_vicon(log: Log, asked: Asked) -> _Take:
+    rows = _rows(log)
+    head = next((i for i, row in enumerate(rows[:8]) if row and row[0].strip() == "Frame"), None)
+    if head is None or head < 2 or len(rows) < head + 3:
+        raise log.error('has no row that begins with "Frame"; expected what Vicon exports as CSV')
+    rate_text = (rows[1] or [""])[0]
+    try:
+        rate = float(rate_text)
+    except ValueError:
+        rate = math.nan
+    if not 0 < rate < 1e5:
+        raise log.error(f'has the rate "{rate_text}" in its second row; expected samples a second')
+    axes = [each.strip() for each in rows[head]]
+    units = [each.strip() for each in rows[head + 1]]
+    width = len(axes)
+    units += [""] * (width - len(units))
+    names, current = [], ""
+    for cell in [*rows[head - 1], *[""] * width][:width]:
+        current = cell.strip() or current
+        names.append(current)
+    end = next(
+        (i for i in range(head + 2, len(rows)) if not any(each.strip() for each in rows[i])),
+        len(rows),
+    )
+    data = _numbers(log, rows[head + 2 : end], head + 3, width)
+    if not len(data):
+        raise log.error("has no samples below its header")
+    frames = data[:, 0] + (np.nan_to_num(data[:, 1]) / 10 if width > 2 else 0)
+    times = (frames - frames[0]) / rate
+    segments = [axes[k] == "RX" for k in range(width)]
+    bodies = list(dict.fromkeys(_plain(names[k]) for k in range(width) if segments[k]))
+    factor = [_length(log, units[k]) if units[k] in _UNITS else 1.0 for k in range(width)]
+    none = np.full((len(data), 3), np.nan)
+    left = [] if end == len(rows) else [f"{len(rows) - end} rows below the first table"]
+    if not bodies:
+        groups = dict.fromkeys(names[k] for k in range(2, width) if axes[k] == "X" and names[k])
+        found = [
+            [k for k in range(width) if names[k] == name and axes[k] == axis]
+            for name in groups
+            for axis in "XYZ"
+        ]
+        if not groups or any(len(each) != 1 for each in found):
+            raise log.error("has neither segments (RX ... TZ) nor markers (X, Y, Z)")
+        place = [each[0] for each in found]
+        points = (data[:, place] * np.array(factor)[place]).reshape(len(data), -1, 3)
+        seen = f"{len(data)} samples of {len(groups)} markers: {', '.join(map(_plain, groups))}"
+        return _Take(times, none, np.full((len(data), 4), np.nan), points, (seen,), tuple(left))
+    body = _chosen(log, bodies, asked.body, "object")
+    own = {axes[k]: k for k in range(width) if _plain(names[k]) == body}
+    if not {"TX", "TY", "TZ"} <= own.keys():
+        raise log.error(f'has no TX, TY, TZ of the object "{body}"')
+    place = [own[axis] for axis in ("TX", "TY", "TZ")]
+    places = data[:, place] * np.array(factor)[place]
+    turn = [own[axis] for axis in ("RX", "RY", "RZ", "RW") if axis in own]
+    if len(turn) == 4:
+        turns, how = data[:, turn], "as quaternions"
+    elif len(turn) == 3:
+        unit = units[turn[0]] or "rad"
+        if unit not in ("deg", "rad"):
+            raise log.error(f'has rotations in "{unit}"; expected deg or rad')
+        vectors = data[:, turn] * unit_factor(unit, "rad")
+        good = np.isfinite(vectors).all(axis=1)
+        turns, how = np.full((len(data), 4), np.nan), "as rotation vectors, as Vicon has them"
+        turns[good] = quaternions_from_rotation_vectors(vectors[good])
+    else:
+        turns, how = np.full((len(data), 4), np.nan), "none"
+    left += [f'object "{each}"' for each in bodies if each != body]
+    took = (f'{len(data)} samples of the object "{body}"', f"its rotation {how}")
+    return _Take(times, places, turns, np.zeros((len(data), 0, 3)), took, tuple(left))
+
+
+def _plain(name: str) -> str:
+    """``Global Angle robot:plate`` as ``plate``."""
+    return re.sub(r"^Global (Angle|Translation)\s+", "", name).rpartition(":")[2].strip()
+
+
+def _length(log: Log, unit: str) -> float:
+    if unit not in _UNITS:
+        raise log.error(f'has lengths in "{unit}"; expected mm, cm or m')
+    return _UNITS[unit]
+
+
+# --- ROS bags as CSV ---
+
+
+def _is_ros(log: Log) -> bool:
+    return log.data[:100].lstrip(b"\xef\xbb\xbf").startswith((b"%time,", b"__time,"))
+
+
+def _ros_table(log: Log) -> tuple[list[str], Array]:
+    """Names of the columns that hold numbers, time first in s, and their values."""
+    rows = _rows(log)
+    names = [each.strip() for each in rows[0]]
+    width = len(names)
+    body = [row for row in rows[1:] if any(cell.strip() for cell in row)]
+    if not body:
+        raise log.error("has no rows below its header")
+    plain = [k for k in range(width) if k == 0 or _is_number(body[0], k)]
+    values = _numbers(log, [[row[k] if k < len(row) else "" for k in plain] for row in body], 2,
+                      len(plain))  # fmt: skip
+    if names[0] == "%time":  # nanoseconds
+        values[:, 0] = (values[:, 0] - values[0, 0]) * 1e-9
+    else:
+        values[:, 0] -= values[0, 0]
+    return [names[k] for k in plain], values
+
+
+def _is_number(row: Sequence[str], k: int) -> bool:
+    try:
+        float(row[k])
+    except (ValueError, IndexError):
+        return False
+    return True
+
+
+def _ros_column(names: Sequence[str], *ends: str) -> int | None:
+    """The column whose name ends so, with ``.`` or ``/`` before."""
+    for k, name in enumerate(names):
+        plain = name.replace("/", ".")
+        if any(plain == end or plain.endswith(f".{end}") for end in ends):
+            return k
+    return None
+
+
+def _read_ros(log: Log, _asked: Asked) -> _Take:
+    names, values = _ros_table(log)
+    none = np.full((len(values), 3), np.nan)
+    place = [
+        _ros_column(names, f"position.{axis}", f"translation.{axis}", f"point.{axis}")
+        for axis in "xyz"
+    ]
+    if None in place:
+        raise log.error(
+            "has no position.x, position.y, position.z, as poses do; a table of joint states is "
+            "the second file, beside one of poses"
+        )
+    turn = [_ros_column(names, f"orientation.{a}", f"rotation.{a}") for a in "xyzw"]
+    places = values[:, [each for each in place if each is not None]]
+    turns = np.full((len(values), 4), np.nan)
+    used = [each for each in place if each is not None]
+    if None not in turn:
+        columns = [each for each in turn if each is not None]
+        turns = values[:, columns]
+        used += columns
+    others = [name for k, name in enumerate(names) if k and k not in used]
+    took = (f"{len(values)} poses of {names[used[0]].rpartition('.')[0]}",)
+    left = (f"columns {', '.join(others[:6])}{' ...' if len(others) > 6 else ''}",) * bool(others)
+    return _Take(values[:, 0], none if not used else places, turns,
+                 np.zeros((len(values), 0, 3)), took, left)  # fmt: skip
+
+
+MOTIVE = LogFormat("motive", "a take of OptiTrack's Motive", _is_motive,
+                   _of_take(_read_motive, "a take of OptiTrack's Motive"))  # fmt: skip
+VICON = LogFormat("vicon", "a capture of Vicon", _is_vicon,
+                  _of_take(_read_vicon, "a capture of Vicon"))  # fmt: skip
+ROS = LogFormat("ros", "a topic of a ROS bag", _is_ros, _of_take(_read_ros, "a topic of a ROS bag"))

@@ -1,0 +1,110 @@
+# SPDX-License-Identifier: MIT
+"""Linear deltas of which a file has the geometry: what is assumed of the rest."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from symkin.errors import SymkinError
+from symkin.exports.firmware import LinearDelta
+from symkin.model.chains import Leg
+from symkin.model.mechanism import Mechanism
+from symkin.model.settings import (
+    Frames,
+    IdentificationSettings,
+    JointLimits,
+    NoiseSettings,
+    Tolerances,
+    WorkspaceSettings,
+)
+
+__all__ = ["ASSUMED", "ASSUMED_OF_CRANKS", "CONDITION", "few_heights", "printer_of", "rotary_of"]
+
+CONDITION = 10.0
+_NOISE = NoiseSettings(position=2.5e-5, orientation=0.0, reading=5e-6)
+ASSUMED = (
+    f"Noise is assumed: {_NOISE.position * 1e3:g} mm of a height, {_NOISE.reading * 1e3:g} mm of a "
+    "carriage, until identify estimates it. So are workspace and tolerances; the file has them"
+)
+_NOISE_OF_CRANKS = NoiseSettings(position=2.5e-5, orientation=0.0, reading=1e-4)
+ASSUMED_OF_CRANKS = (
+    f"Noise is assumed: {_NOISE_OF_CRANKS.position * 1e3:g} mm of a height, "
+    f"{_NOISE_OF_CRANKS.reading * 1e3:g} mrad of a crank, until identify estimates it. So are "
+    "workspace and tolerances; the file has them"
+)
+# What Klipper's own calibration estimates.
+_UNKNOWN = ("sensor_offset", "base_radius", "leg1.base_azimuth", "leg2.base_azimuth")
+_TELLING_HEIGHTS = 11  # of which these six leave five, from which a noise can be estimated
+
+
+def few_heights(count: int) -> bool:
+    """Whether so many heights do not tell how well a probe repeats."""
+    return count < _TELLING_HEIGHTS
+
+
+def printer_of(
+    name: str, delta: LinearDelta, printed: float, *, few: bool, probe: float | None = None
+) -> Mechanism:
+    """A printer whose sensors read the ways of the carriages from their endstops.
+
+    `printed` is the radius that is printed on, m. Nobody knows how well a probe repeats, unless
+    `probe` says it, m: the heights that are left over tell, if they are not `few`.
+    """
+    noise = _NOISE if probe is None else NoiseSettings(probe, 0.0, _NOISE.reading)
+    return Mechanism(
+        name,
+        delta.legs((0.0, 0.0, 0.0)),
+        platform="translating",
+        reading_unit="m",
+        workspace=_workspace(delta, printed),
+        joint_limits=JointLimits(upper=0.0),
+        noise=noise,
+        tolerances=Tolerances(length=1e-3, angle=1e-2, gain=2e-3),
+        frames=Frames(plane=(0.0, 0.0, 0.0)),
+        identification=IdentificationSettings(
+            free=_UNKNOWN,
+            shared=("base_radius",),
+            noise=None if few or probe is not None else "estimate",
+        ),
+    )
+
+
+def rotary_of(
+    name: str, legs: Sequence[Leg], workspace: WorkspaceSettings, *, few: bool
+) -> Mechanism:
+    """A rotary delta whose sensors read how far the cranks have turned down from their endstops."""
+    return Mechanism(
+        name,
+        legs,
+        platform="translating",
+        reading_unit="rad",
+        workspace=workspace,
+        joint_limits=JointLimits(lower=0.0),
+        noise=_NOISE_OF_CRANKS,
+        tolerances=Tolerances(length=1e-3, angle=1e-2, gain=2e-3),
+        frames=Frames(plane=(0.0, 0.0, 0.0)),
+        identification=IdentificationSettings(
+            free=("sensor_offset", "base_radius"),
+            shared=("base_radius",),
+            noise=None if few else "estimate",
+        ),
+    )
+
+
+def _workspace(delta: LinearDelta, radius: float) -> WorkspaceSettings:
+    """The largest box below the endstops whose corners are on the circle that is printed on."""
+    reach = min(radius, float(delta.arms.min()) - delta.radius)
+    side = 0.7 * reach
+    # The carriages are highest where the effector is at a corner next to their tower.
+    top = float((delta.endstops - delta.arms).min())
+    if side <= 0 or top <= 0:
+        raise SymkinError(
+            f"rods of {delta.arms.min() * 1e3:g} mm, a radius of {delta.radius * 1e3:g} mm and "
+            f"endstops {delta.endstops.min() * 1e3:g} mm above the bed leave no room to print"
+        )
+    return WorkspaceSettings(
+        (-side, -side, 0.0),
+        (side, side, top),
+        home=(0.0, 0.0, top / 2),
+        conditioning_limit=CONDITION,
+    )
