@@ -50,15 +50,9 @@ def written_out(source: TomlSource) -> TomlSource:
         if "chains" not in values and _several_readings(values.get("chain")):
             values = _dyad(values)
         symmetry = values.get("symmetry")
-        if isinstance(symmetry, dict) and isinstance(symmetry.get("axis"), list):
-            if "chains" not in values:
-                raise WrongValueError(
-                    "is a direction in space, which only legs that [chains.NAME] declares are "
-                    "turned about; expected an angle",
-                    ("symmetry", "axis"),
-                )
-            values = _turned_legs(values, symmetry)
         if "chains" in values:
+            if isinstance(symmetry, dict) and isinstance(symmetry.get("axis"), list):
+                values = _turned_legs(values, symmetry)
             values = _observed(values)
     except WrongValueError as error:
         raise source.error(error.keys, str(error)) from error
