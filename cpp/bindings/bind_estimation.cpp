@@ -256,10 +256,11 @@ void bind_joint(py::module_& module) {
                       const symkin::RowMatrix& base_slopes, const symkin::Vector& zeros) {
             Setup setup = Setup::of(mechanism);
             if (curvature.rows() != setup.curvature.rows() || curvature.cols() != 3 ||
-                points.cols() != 3 || anchors.cols() != 3 || plane.size() != 5 || !(plane[4] > 0)) {
+                points.cols() != 3 || anchors.cols() != 3 ||
+                (plane.size() != 3 && (plane.size() != 5 || !(plane[4] > 0)))) {
               throw symkin::InvalidInput(
                   "expected the curvature as legs x 3, points and anchors as n x 3, the plane as "
-                  "4 and the radius of its bow");
+                  "3, or with its bow and radius");
             }
             const auto fit = [](const symkin::RowMatrix& slopes, symkin::Index rows,
                                 symkin::Index columns) {
@@ -289,8 +290,11 @@ void bind_joint(py::module_& module) {
             setup.target = target;
             setup.points = points;
             setup.anchors = anchors;
-            setup.plane = plane.head<4>();
-            setup.bed_radius = plane[4];
+            setup.plane.head<3>() = plane.head<3>();
+            if (plane.size() == 5) {
+              setup.plane[3] = plane[3];
+              setup.bed_radius = plane[4];
+            }
             if (zeros.size() != 0 && zeros.size() != anchors.rows()) {
               throw symkin::InvalidInput("expected the zeros of distances as one an anchor");
             }

@@ -56,6 +56,7 @@ COMMAND_LINE_ALONE = {
     "orientations", "forward", "to", "endstops", "nominal", "chain", "legs",
     "device", "host", "port", "robot", "serve", "angles", "convention",
     "lost",  # of a simulated device
+    "beside", "radius", "body",  # of a log that is imported
     "calibrated", "tolerance", "uncertainty", "about", "first", "second", "devices",
 }  # fmt: skip
 

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -238,9 +239,8 @@ class Observed:
                 raise SymkinError(
                     f"a height above a plane is observed in space; this robot is {space}"
                 )
-            normal = np.array([-self.plane[1], -self.plane[2], 1.0])
             above = in_base.translation[:, 2] - height_of_bed(self.plane, in_base.translation)
-            heights = above / np.linalg.norm(normal)
+            heights = above / math.hypot(1.0, self.plane[1], self.plane[2])
             found["heights"] = noisy("heights", heights)
         if {"attitude", "tilt"}.intersection(self.kinds):
             found["attitudes"] = noisy("attitudes", _attitudes(space, seen.rotation))
@@ -265,8 +265,10 @@ class Observed:
         if "rise" in self.kinds:
             if in_base.shape[1] != 3:
                 raise SymkinError("heights above a plane are observed in space; this robot is not")
-            normal = np.array([-self.plane[1], -self.plane[2], 1.0])
-            found["rises"] = (within @ normal / np.linalg.norm(normal))[:, None]
+            above = in_base[:, 2] - height_of_bed(self.plane, in_base)
+            slope = math.hypot(1.0, self.plane[1], self.plane[2])
+            rises = np.where(second, np.diff(above, prepend=np.nan), np.nan)
+            found["rises"] = (rises / slope)[:, None]
         if "offset" in self.kinds:
             found["offsets"] = offsets[:, None]
         return found

@@ -14,7 +14,6 @@ from numpy.typing import ArrayLike, NDArray
 from symkin.errors import SymkinError
 
 __all__ = [
-    "DIRECTIONS",
     "DeclaredSymmetry",
     "DrawnPoints",
     "Frames",

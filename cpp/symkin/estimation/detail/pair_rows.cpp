@@ -14,8 +14,8 @@ namespace {
 
 class BetweenPoses {
   // Directions: the poses' six each, the base's six where each of them is, the target's six, and
-  // the slopes of the plane.
-  static constexpr int kPoses = 0, kBases = 12, kTarget = 24, kPlane = 30, kDirections = 32;
+  // the slopes and the bow of the bed.
+  static constexpr int kPoses = 0, kBases = 12, kTarget = 24, kPlane = 30, kDirections = 33;
   using Value = Jet<double, kDirections>;
   using Place = factors::Vec3<Value>;
 
@@ -52,10 +52,11 @@ class BetweenPoses {
     if (measured(observations_.rises, k)) {
       const Place way = targets_[1] - targets_[0];
       const Value along(setup_.plane[1], kPlane), across(setup_.plane[2], kPlane + 1);
-      add_row(
-          RowOrigin::Kind::rise, observations_.rises, k,
-          (way[2] - along * way[0] - across * way[1]) / sqrt(1.0 + along * along + across * across),
-          to);
+      const Value bend =
+          Value(setup_.plane[3], kPlane + 2) / (setup_.bed_radius * setup_.bed_radius);
+      const Value bed = along * way[0] + across * way[1] + bend * (squared(1) - squared(0));
+      add_row(RowOrigin::Kind::rise, observations_.rises, k,
+              (way[2] - bed) / sqrt(1.0 + along * along + across * across), to);
     }
     const Index dimensions = position_size(mechanism_.pose_space());
     for (Index axis = 0; axis < dimensions; ++axis) {
@@ -69,6 +70,12 @@ class BetweenPoses {
 
  private:
   static std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+
+  // The square of the way of one end from the middle of the bed.
+  Value squared(int end) const {
+    const Place& target = targets_[at(end)];
+    return target[0] * target[0] + target[1] * target[1];
+  }
 
   // The target of one end, in the base's frame and as the device sees it.
   void stand(int end) {
@@ -106,7 +113,7 @@ class BetweenPoses {
     for (int i = 0; i < 6; ++i) {
       add_scalar(list_.target() + i, value.v[kTarget + i], to.by_unknowns.row(row));
     }
-    for (int i = 0; i < 2; ++i) {
+    for (int i = 0; i < 3; ++i) {
       add_scalar(list_.plane() + 1 + i, value.v[kPlane + i], to.by_unknowns.row(row));
     }
   }

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import importlib
 import io
 import itertools
 import json
@@ -151,7 +150,7 @@ def _is_excel(log: Log) -> bool:
 
 def _read_excel(log: Log, _asked: Asked) -> ImportedLog:
     try:
-        openpyxl = importlib.import_module("openpyxl")
+        import openpyxl
     except ImportError as error:
         raise log.error(
             "is an Excel workbook, which takes openpyxl to read: pip install 'symkin[excel]', or "
