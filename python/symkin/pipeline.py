@@ -31,7 +31,7 @@ from symkin.planning.simulation import Simulation, simulate, simulate_observed
 from symkin.results import FolderResult, loaded
 from symkin.values import Value, plain, record
 
-__all__ = ["EstimatorFigures", "ProtocolResult", "run_protocol", "saved_estimate"]
+__all__ = ["EstimatorFigures", "ProtocolResult", "run_protocol"]
 
 # The paper's, then each step that takes more out of the same measurements.
 _ESTIMATORS: tuple[tuple[Estimator, PoseUse], ...] = (

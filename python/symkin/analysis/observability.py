@@ -36,7 +36,6 @@ __all__ = [
     "Observability",
     "RowKind",
     "analyse_observability",
-    "carried_back",
     "error_weight",
     "expected_accuracy",
     "mechanism_rows",

@@ -389,8 +389,8 @@ def _observed(
         everywhere(given["point_values"]),
         everywhere(given["distances"]),
         nothing,
-        given["leg_covariates"],
-        given["base_covariates"],
+        leg_covariates=given["leg_covariates"],
+        base_covariates=given["base_covariates"],
     )
     return setup, observations
 
@@ -464,6 +464,13 @@ def _of_package(mechanism: symkin.Mechanism, poses: np.ndarray) -> Iterator[Call
         yield Call(name, {"poses": poses}, function)
     noise = NoiseSettings(per_metre=1e-5)
     yield Call("NoiseSettings.at", {"distances": np.ones(4)}, noise.at)
+    yield Call("NoiseSettings.along_at", {"distances": np.ones(4)}, noise.along_at)
+    taken = symkin.Measurements.of(poses, readings, pose_space=mechanism.pose_space)
+    yield Call(
+        "Measurements.numbered",
+        {"numbers": np.arange(len(poses))},
+        lambda numbers: taken.numbered(numbers).row_numbers,
+    )
     yield Call(
         "Observed.measure",
         {"times": np.ones(len(poses))},

@@ -23,8 +23,8 @@ KINDS = sorted(kind.__name__ for kind in PAGES if issubclass(kind, Result))
 
 
 @pytest.fixture(scope="module")
-def robot(paper):
-    return paper.replace(protocol=ProtocolSettings(pose_count=10, candidates=200, seed=3))
+def robot():
+    return symkin.load("3RRR").replace(protocol=ProtocolSettings(pose_count=10, candidates=200, seed=3))
 
 
 @pytest.fixture(scope="module")

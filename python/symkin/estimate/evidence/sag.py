@@ -24,13 +24,14 @@ from symkin.model.framing import unframed
 __all__ = ["doubts_of_sag"]
 
 Array = NDArray[np.float64]
+_ALARMS = ALARMS / 5
 _SEEN = 1e-3  # of a column, at least, that other unknowns leave
 
 
 def doubts_of_sag(found: Found, apart: Sequence[int] = ()) -> Iterator[Doubt]:
     """Say it of the coordinate that shows it most, without the poses that are outliers.
 
-    All coordinates together alarm for one of 2000 sound robots.
+    All coordinates together alarm for one of 10 000 sound robots: all doubts are one of a hundred.
     """
     try:
         rows = rows_of_changes(found, apart)
@@ -54,7 +55,7 @@ def doubts_of_sag(found: Found, apart: Sequence[int] = ()) -> Iterator[Doubt]:
     worst = max(scores, key=lambda name: abs(scores[name]))
     p_value = float(_core.chi_square_tail(scores[worst] ** 2, 1))
     accounted = usual(square - drop, spare) or drop > (square - rows.spare) / 2
-    if p_value >= ALARMS / len(columns) or not accounted:
+    if p_value >= _ALARMS / len(columns) or not accounted:
         return
     deviation = float(scale / np.linalg.norm(columns[worst]))
     size = scores[worst] * deviation
@@ -68,9 +69,10 @@ def doubts_of_sag(found: Found, apart: Sequence[int] = ()) -> Iterator[Doubt]:
 
 def _columns(found: Found, rows: Rows) -> dict[str, Array]:
     """What a millimetre at the outermost pose does to the rows, less what the unknowns explain."""
-    poses = found.latent_poses
     if found.legs:
         poses = unframed(found.mechanism.replace(frames=None), found.measurements.poses)
+    else:
+        poses = found.latent_poses
     places = poses[rows.order, : found.nominal.space.size]
     squares = np.square(places - places.mean(axis=0)).sum(axis=1)
     if not squares.size or not 0 < squares.max() < np.inf:

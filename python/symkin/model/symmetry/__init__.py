@@ -48,7 +48,6 @@ __all__ = [
     "SymmetryPairs",
     "compare_symmetry",
     "declared_group",
-    "declared_pairs",
     "detect_symmetry",
     "generate_legs",
     "generate_orbits",
