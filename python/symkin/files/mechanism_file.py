@@ -60,7 +60,8 @@ from symkin.model.settings import (
     Tolerances,
     WorkspaceSettings,
 )
-from symkin.model.symmetry import declared_pairs, generate_legs, generate_orbits, verify_declared
+from symkin.model.symmetry import generate_legs, generate_orbits, verify_declared
+from symkin.model.symmetry.about_axis import declared_pairs
 from symkin.options import checks
 from symkin.storage.shipped import shipped_folder
 from symkin.storage.toml_file import TomlSource, read_table, read_toml, table, text

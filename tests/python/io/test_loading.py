@@ -24,7 +24,9 @@ KINDS = sorted(kind.__name__ for kind in PAGES if issubclass(kind, Result))
 
 @pytest.fixture(scope="module")
 def robot():
-    return symkin.load("3RRR").replace(protocol=ProtocolSettings(pose_count=10, candidates=200, seed=3))
+    return symkin.load("3RRR").replace(
+        protocol=ProtocolSettings(pose_count=10, candidates=200, seed=3)
+    )
 
 
 @pytest.fixture(scope="module")

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Groups that carry a mechanism onto itself, what they are called, and what breaks them."""
 
-from symkin.model.symmetry.about_axis import declared_pairs
 from symkin.model.symmetry.comparison import (
     ParameterDeviation,
     SymmetryComparison,
