@@ -67,7 +67,7 @@ def pose_accuracy(errors: Array, positions: int) -> PoseAccuracy:
     SymkinError
         Without a visit.
     """
-    errors = np.asarray(errors, dtype=float)
+    errors = np.array(errors, dtype=float, order="C")  # sums round by the order
     if errors.ndim != 2 or not len(errors):
         raise SymkinError(f"errors have shape {errors.shape}; expected (visits, coordinates)")
     count, mean = len(errors), errors.mean(axis=0)

@@ -166,6 +166,8 @@ def analyse_observability(
     SymkinError
         For fewer poses than parameters, or a pose out of reach.
     """
+    if not 0 <= leg < len(mechanism.legs):
+        raise SymkinError(f"leg {leg} does not exist; expected 0 to {len(mechanism.legs) - 1}")
     seen, own, carried = carried_back(mechanism, leg, poses)
     rows, names, scale = _rows_of_leg(seen, own, carried, kind)
     result = _core.analyse_observability(rows, scale)
