@@ -11,8 +11,8 @@ import symkin
 from symkin import _core
 from symkin.errors import SymkinError
 from symkin.model.settings import DeclaredSymmetry
-from symkin.model.symmetry import declared_pairs, generate_legs, generate_orbits, symmetry_pairs
-from symkin.model.symmetry.about_axis import images_about_axis
+from symkin.model.symmetry import generate_legs, generate_orbits, symmetry_pairs
+from symkin.model.symmetry.about_axis import declared_pairs, images_about_axis
 from symkin.model.symmetry.groups import declared_group
 
 ORTHOGLIDE = """
