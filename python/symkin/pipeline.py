@@ -97,6 +97,7 @@ class ProtocolResult(FolderResult, Generic[M]):
     seed: int
 
     FILES: ClassVar[tuple[str, ...]] = ("plan.csv", *Simulation.FILES, *Estimate.FILES)
+    SOMETIMES: ClassVar[tuple[str, ...]] = Estimate.SOMETIMES
 
     @cached_property
     def expected(self) -> ExpectedAccuracy:

@@ -154,9 +154,12 @@ class FolderResult(Result):
     ----------
     FILES : tuple of str
         Their names; the last is the report.
+    SOMETIMES : tuple of str
+        Names of others, which are there only where there is something to say.
     """
 
     FILES: ClassVar[tuple[str, ...]] = ("results.json", "report.html")
+    SOMETIMES: ClassVar[tuple[str, ...]] = ()
 
     @property
     def files(self) -> tuple[str, ...]:
@@ -173,7 +176,7 @@ class FolderResult(Result):
         folder : str or path
             Made if it does not exist.
         overwrite : bool
-            Whether files that exist may be replaced.
+            Whether files that exist may be replaced, and those of an earlier result removed.
         report : bool
             Whether to draw the report, which takes about as long as all else.
 
@@ -184,7 +187,8 @@ class FolderResult(Result):
         """
         files = self.files if report else self.files[:-1]
         with OutputFiles(overwrite=overwrite) as outputs:
-            self.write_files(outputs.folder(Path(folder), *files), report=report)
+            target = outputs.folder(Path(folder), *self.SOMETIMES, *self.FILES)
+            self.write_files(target, report=report)
         return Path(folder) / files[-1]
 
     def write_files(self, folder: Path, *, report: bool = True) -> None:

@@ -105,7 +105,7 @@ def accept(
         model = found.mechanism if found is not None else load_mechanism(calibrated)
         inputs = [*model.files, table, columns, path if path.suffix == ".json" else None]
         with OutputFiles(inputs, overwrite) as outputs:
-            target = outputs.folder(out, *telling.of_files(Acceptance.FILES)) if out else None
+            target = outputs.folder(out, *Acceptance.FILES) if out else None
             measured = symkin.read_measurements(
                 table, model, columns_of(columns), ignore=ignore or ()
             )
@@ -164,7 +164,7 @@ def compare(
     explains.
     """
     with progress() as stage, OutputFiles([first, second], overwrite) as outputs:
-        target = outputs.folder(out, *telling.of_files(_FILES)) if out else None
+        target = outputs.folder(out, *_FILES) if out else None
         stage("reading the calibrations")
         pair = [symkin.read_estimate(each) for each in (first, second)]
         stage("comparing")

@@ -48,7 +48,7 @@ from symkin.cli.options import (
 from symkin.data.joining import joined
 from symkin.estimate import Estimate
 from symkin.estimate.estimate import CORRECTED
-from symkin.estimate.fleet import fleet_of_files, identify_robots
+from symkin.estimate.fleet import Fleet, fleet_of_files, identify_robots
 from symkin.model.mechanism import require_same_shape
 from symkin.options import Format
 from symkin.storage.output_files import OutputFiles
@@ -164,8 +164,8 @@ def identify(
             _correcting(nominal, out, inputs, overwrite=overwrite),
             OutputFiles(inputs, overwrite) as outputs,
         ):
-            files = telling.of_files((CORRECTED, *Estimate.FILES))
-            target = outputs.folder(out, *files) if out else None
+            names = (*Estimate.SOMETIMES, *Estimate.FILES)
+            target = outputs.folder(out, *names) if out else None
             stage("identifying")
             found = symkin.identify(
                 nominal,
@@ -272,8 +272,7 @@ def identify_batch(
         stage("reading the mechanism and the measurements")
         nominal = by.on(symkin.load_mechanism(mechanism), estimates=True)
         with OutputFiles([*nominal.files, *files, columns], overwrite) as outputs:
-            written = telling.of_files(("report.html", f"fleet.{table}"))
-            target = outputs.folder(out, *written) if out else None
+            target = outputs.folder(out, *Fleet.SOMETIMES, "report.html") if out else None
             mapping = columns_of(columns)
             robots = fleet_of_files(nominal, files, mapping, ignore=ignore or ())
             stage(f"identifying {len(robots)} robots")
@@ -297,7 +296,7 @@ def identify_batch(
             if target:
                 stage("writing the table")
                 found.write(target, table=table, report=telling.report)
-    print_result(found, telling, out, written)
+    print_result(found, telling, out, ("report.html", f"fleet.{table}"))
     failed = found.verdicts.count("failed")
     if failed:
         not_converged(f"{failed} of {len(found.robots)} robots; the table says why")
@@ -378,7 +377,7 @@ def align(
     names = ("frames.toml", "results.json", "report.html")
     inputs = [table, columns, *(model.files if model else ())]
     with progress() as stage, OutputFiles(inputs, overwrite) as outputs:
-        folder = outputs.folder(out, *telling.of_files(names)) if out else None
+        folder = outputs.folder(out, *names) if out else None
         stage("reading the poses")
         if model is not None:
             measured, own, points = poses_of_mechanism(
@@ -457,7 +456,7 @@ def evaluate(
         robot = symkin.load_mechanism(actual) if actual is not None else None
         inputs = [*loaded.files, *(robot.files if robot else ()), plan, measurements, columns]
         with OutputFiles(inputs, overwrite) as outputs:
-            target = outputs.folder(out, *telling.of_files(_FILES)) if out else None
+            target = outputs.folder(out, *_FILES) if out else None
             stage("evaluating")
             if measurements is not None:
                 measured = symkin.read_measurements(

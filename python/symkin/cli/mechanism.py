@@ -176,7 +176,7 @@ def check(
         stage("reading the mechanism")
         loaded = symkin.load_mechanism(mechanism, require_symmetry=False)
         with OutputFiles(loaded.files, overwrite) as outputs:
-            target = outputs.folder(out, *telling.of_files(_CHECK_FILES)) if out else None
+            target = outputs.folder(out, *_CHECK_FILES) if out else None
             stage("sampling the workspace")
             result = symkin.check_mechanism(loaded, seed)
             document = {"command": "check", "settings": {"seed": seed}, **result.to_dict()}
@@ -224,7 +224,7 @@ def workspace(
         stage("reading the mechanism")
         loaded = symkin.load_mechanism(mechanism)
         with OutputFiles(loaded.files, overwrite) as outputs:
-            target = outputs.folder(out, *telling.of_files(_WORKSPACE_FILES)) if out else None
+            target = outputs.folder(out, *_WORKSPACE_FILES) if out else None
             stage("studying the workspace")
             study = symkin.study_workspace(
                 loaded, orientation_list, count, seed, resolution, both_modes
@@ -245,6 +245,7 @@ _To = Literal[
 ]  # fmt: skip
 _MECHANISM, _MEASURED = "mechanism.toml", "measurements.csv"
 _PROBED, _DISTANCES = "probed.csv", "distances.csv"
+_IMPORTED = (_MECHANISM, _MEASURED, _PROBED, _DISTANCES)
 
 
 @command(
@@ -425,7 +426,7 @@ def import_(
         _import_mechanism(file, out, overwrite=overwrite)
         return
     with OutputFiles([file, *([beside] if beside else [])], overwrite) as outputs:
-        folder = outputs.folder(out, _MECHANISM, _MEASURED)
+        folder = outputs.folder(out, *_IMPORTED)
         robot = None if mechanism is None else symkin.load_mechanism(mechanism)
         found = import_log(
             file,
@@ -457,7 +458,7 @@ def import_(
 def _import_mechanism(file: Path, out: Path, *, overwrite: bool) -> None:
     """Import what is no log: a printer's configuration, or a model."""
     with OutputFiles([file], overwrite) as outputs:
-        folder = outputs.folder(out, _MECHANISM, _PROBED, _DISTANCES)
+        folder = outputs.folder(out, *_IMPORTED)
         found = import_mechanism(file)
         header = f"Read from {file.name}"
         symkin.save_mechanism(found.mechanism, folder / _MECHANISM, header=header)

@@ -157,7 +157,7 @@ def plan(
         )
         files = (*_POINTS, *_PLAN_FILES) if probing else _PLAN_FILES
         with OutputFiles([*loaded.files, required, measured, columns], overwrite) as outputs:
-            folder = outputs.folder(out, *telling.of_files(files))
+            folder = outputs.folder(out, *_POINTS, *_PLAN_FILES)
             stage("sampling the workspace")
             sample = symkin.sample_workspace(loaded, candidates, seed)
             stage("selecting poses")
@@ -227,7 +227,7 @@ def pose_count(
         stage("reading the mechanism")
         loaded = by.on(symkin.load_mechanism(mechanism))
         with OutputFiles(loaded.files, overwrite) as outputs:
-            folder = outputs.folder(out, *telling.of_files(_COUNT_FILES)) if out else None
+            folder = outputs.folder(out, *_COUNT_FILES) if out else None
             stage("sampling the workspace")
             sample = symkin.sample_workspace(loaded, candidates, seed)
             stage("selecting and predicting")
@@ -339,7 +339,7 @@ def run(
         changes = {name: value for name, value in given.items() if value is not None}
         nominal = nominal.replace(protocol=dataclasses.replace(nominal.protocol, **changes))
         with OutputFiles(nominal.files, overwrite) as outputs:
-            target = outputs.folder(out, *telling.of_files(ProtocolResult.FILES))
+            target = outputs.folder(out, *ProtocolResult.SOMETIMES, *ProtocolResult.FILES)
             result = symkin.run_protocol(
                 nominal,
                 estimator=estimator,

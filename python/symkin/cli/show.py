@@ -40,7 +40,7 @@ def show(
     with OutputFiles([result], overwrite) as outputs:
         found: Result = symkin.read_result(result)
         if out is not None:
-            target = outputs.folder(out, *telling.of_files(_FILES))
+            target = outputs.folder(out, *_FILES)
             found.save(target / _FILES[0])
             if telling.report:
                 found.report(target / _FILES[1])

@@ -120,6 +120,7 @@ class Estimate(Examined[M], FolderResult):
         "residuals.csv",
         "report.html",
     )
+    SOMETIMES: ClassVar[tuple[str, ...]] = (CORRECTED,)
 
     @classmethod
     def of(

@@ -110,6 +110,7 @@ class Fleet(Result):
 
     derived = ("verdicts",)
     FILES: ClassVar[tuple[str, ...]] = ("fleet.csv", "report.html")
+    SOMETIMES: ClassVar[tuple[str, ...]] = ("fleet.csv", "fleet.parquet")
 
     def __len__(self) -> int:
         """How many robots there are."""
@@ -204,7 +205,7 @@ class Fleet(Result):
         table : {"csv", "parquet"}
             What the table is written as: ``fleet.csv`` or ``fleet.parquet``.
         overwrite : bool
-            Whether files that exist may be replaced.
+            Whether files that exist may be replaced, and those of earlier robots removed.
         report : bool
             Whether to write the page.
 
@@ -215,7 +216,7 @@ class Fleet(Result):
         """
         name = f"fleet.{table}"
         with OutputFiles(overwrite=overwrite) as outputs:
-            target = outputs.folder(Path(folder), name, *(("report.html",) if report else ()))
+            target = outputs.folder(Path(folder), *self.SOMETIMES, "report.html")
             write_table(target / name, self.columns())
             if report:
                 present.write_page(self.page(), target / "report.html")

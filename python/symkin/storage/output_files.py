@@ -53,8 +53,8 @@ class OutputFiles:
     Every target is checked when it is named, so before anything is computed: it may be named once
     only, must lie where files can be written, may not be one of the `inputs`, and may not exist
     unless `overwrite` says so. Until the end nothing is changed; then each file is replaced as a
-    whole. A process that is killed between two of several files leaves a folder
-    ``symkin-unfinished-...`` with the others beside them.
+    whole, or removed if it was not written again. A process that is killed between two of several
+    files leaves a folder ``symkin-unfinished-...`` with the others beside them.
 
     Parameters
     ----------
@@ -68,6 +68,7 @@ class OutputFiles:
         self._inputs = [path for path in inputs if path is not None]
         self._overwrite = overwrite
         self._targets: set[Path] = set()
+        self._owned: set[Path] = set()
         self._folders: set[Path] = set()
         self._stages: list[_Stage] = []
         self._made: list[Path] = []
@@ -88,7 +89,8 @@ class OutputFiles:
     def folder(self, path: Path, *names: str) -> Path:
         """Return an empty folder in which to write what shall be in the folder `path`.
 
-        Files with `names` may be written, others should not be.
+        Files with `names` may be written, others should not be. Of those that are not, none of an
+        earlier run stays beside the others.
         """
         if path in _open_stages:
             return path
@@ -97,6 +99,7 @@ class OutputFiles:
             raise SymkinError(f"{path}: is not a folder; choose another place")
         for name in names:
             self._require_free(path / name)
+        self._owned.update(path / name for name in names)
         return self._stage(path).path
 
     def __enter__(self) -> OutputFiles:
@@ -178,20 +181,25 @@ class OutputFiles:
         for staged, _ in moves:
             _flush(staged)
         with _locked(sorted(self._folders)):
-            for _, target in moves:
+            written = {target for _, target in moves}
+            stale = {target for target in self._owned - written if os.path.lexists(target)}
+            changed = written | stale
+            for target in sorted(changed):
                 self._require_free(target)
-            if len(moves) > 1:
+            if len(changed) > 1:
                 self._torn = True
                 for stage in self._stages:
                     stage.announce()
                 moves = [move for stage in self._stages for move in stage.moves]
+            for target in sorted(stale):
+                target.unlink()
             for staged, target in moves:
                 target.parent.mkdir(parents=True, exist_ok=True)
                 staged.replace(target)
             self._torn = False
-            for folder in {target.parent for _, target in moves}:
+            for folder in {target.parent for target in changed}:
                 _flush(folder)
-                _sweep_unfinished(folder, {target for _, target in moves})
+                _sweep_unfinished(folder, written | self._owned)
 
     def _require_distinct(self, targets: list[Path]) -> None:
         real = [os.path.realpath(target) for target in targets]

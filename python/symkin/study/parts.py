@@ -20,12 +20,13 @@ from symkin.storage.output_files import OutputFiles, alone
 from symkin.study.definition import StudyDefinition
 from symkin.study.robots import COLUMNS
 
-__all__ = ["Chunk", "Columns", "Parts"]
+__all__ = ["TABLES", "Chunk", "Columns", "Parts"]
 
 Chunk = tuple[int, int]  # first robot, and the one behind the last
 Columns = dict[str, NDArray[Any]]
 
-_OTHER_FILES = ("table.csv", "table.parquet", "results.json", "report.html")
+TABLES = ("table.csv", "table.parquet")
+_OTHER_FILES = (*TABLES, "results.json", "report.html")
 
 
 class Parts:
@@ -65,6 +66,8 @@ class Parts:
                         "study's; choose another folder, or allow files to be replaced "
                         "(--overwrite, in Python overwrite=True)"
                     )
+            for name in _OTHER_FILES:
+                (folder / name).unlink(missing_ok=True)
             with OutputFiles(overwrite=True) as outputs:
                 document = {"digest": self._digest, "study": definition.name}
                 outputs.file(mark).write_text(json.dumps(document) + "\n", encoding="utf-8")

@@ -23,7 +23,7 @@ from symkin.storage.output_files import OutputFiles
 from symkin.storage.tables import write_table
 from symkin.study.cost import CostResult, measure_cost
 from symkin.study.definition import Cell, StudyDefinition, extension_of, load_study
-from symkin.study.parts import Chunk, Columns, Parts
+from symkin.study.parts import TABLES, Chunk, Columns, Parts
 from symkin.study.result import StudyResult
 from symkin.study.robots import COLUMNS, Job, planned
 
@@ -113,7 +113,7 @@ def run_study(
         if parts is not None:
             name = f"table.{format}"
             with OutputFiles(overwrite=parts.own or overwrite) as outputs:
-                write_table(outputs.folder(Path(parts.folder), name) / name, result.columns())
+                write_table(outputs.folder(parts.folder, *TABLES) / name, result.columns())
     return result
 
 

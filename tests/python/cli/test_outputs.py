@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 import symkin as library
+from symkin.errors import SymkinError
 from symkin.estimate import Estimate
 from symkin.files.template import mechanism_template
 from symkin.pipeline import ProtocolResult
@@ -100,6 +101,51 @@ def test_a_run_into_the_folder_of_an_earlier_run_replaces_its_files_if_told_so(
     assert symkin(*small, "--seed", 2, "--overwrite").code == 0
     assert (tmp_path / "plan.csv").read_bytes() != first
     assert {path.name for path in tmp_path.iterdir()} == set(PLAN_FILES)
+
+
+@pytest.mark.usefixtures("unillustrated")
+def test_no_file_of_an_earlier_run_stays_beside_those_of_another(
+    symkin: Callable, protocol: Path, tmp_path: Path
+) -> None:
+    measured, wrong = protocol / "measurements.csv", tmp_path / "wrong.csv"
+    robot = library.load_mechanism("3RRR")
+    sound = library.read_measurements(measured, robot)
+    signs = [1, -1, 1]
+    library.Measurements.of(sound.poses, sound.readings * signs, sound.leg_sets).save(wrong, robot)
+
+    def names(name: str) -> set[str]:
+        return {path.name for path in (tmp_path / name).iterdir()}
+
+    def run(*command: object, into: str) -> None:
+        assert symkin(*command, "--out", tmp_path / into, "--overwrite").code != 2
+
+    run("identify", "3RRR", wrong, into="found")
+    assert names("found") == {"corrected.csv", *Estimate.FILES}
+    run("identify", "3RRR", measured, into="found")
+    assert names("found") == set(Estimate.FILES)
+    run("identify", "3RRR", measured, "--no-report", into="found")
+    assert names("found") == set(Estimate.FILES) - {"report.html"}
+    fleet = ("identify-batch", "3RRR", measured, "--no-report")
+    run(*fleet, into="fleet")
+    run(*fleet, "--table", "parquet", into="fleet")
+    assert names("fleet") == {"fleet.parquet"}
+    few = ("--candidates", 300, "--pose-count", 30, "--no-report")
+    run("plan", "linear_delta", "--observe", "height", "--prior", "tolerances", *few, into="plan")
+    assert names("plan") > {"points.csv", "points.cfg"}
+    run("plan", "3RRR", *few, into="plan")
+    assert names("plan") == set(PLAN_FILES) - {"plan.html"}
+
+
+def test_a_result_that_is_saved_again_leaves_none_of_its_earlier_files(
+    protocol: Path, tmp_path: Path
+) -> None:
+    found = library.identify("3RRR", protocol / "measurements.csv")
+    found.write(tmp_path, report=False)
+    (tmp_path / "corrected.csv").write_text("of an earlier cause")
+    with pytest.raises(SymkinError, match="exists"):
+        found.write(tmp_path, report=False)
+    found.write(tmp_path, overwrite=True, report=False)
+    assert {path.name for path in tmp_path.iterdir()} == set(Estimate.FILES) - {"report.html"}
 
 
 @pytest.mark.usefixtures("unillustrated")

@@ -117,6 +117,26 @@ def test_either_all_files_are_written_or_none(tmp_path: Path) -> None:
     assert (tmp_path / "second").read_text() == "mine"
 
 
+def test_what_an_earlier_run_wrote_and_this_one_does_not_is_removed(tmp_path: Path) -> None:
+    for name in NAMES:
+        (tmp_path / name).write_text("earlier")
+
+    def write(*names: str, overwrite: bool) -> None:
+        with OutputFiles(overwrite=overwrite) as outputs:
+            folder = outputs.folder(tmp_path, "a.txt", *names)
+            (folder / "a.txt").write_text("now")
+
+    with pytest.raises(SymkinError, match=r"a\.txt: exists"):
+        write("b.txt", "c.txt", overwrite=False)
+    with pytest.raises(SymkinError, match="nothing is known"), OutputFiles((), True) as outputs:
+        outputs.folder(tmp_path, *NAMES)
+        raise SymkinError("nothing is known")
+    assert _names(tmp_path) == [*NAMES]
+    write("b.txt", "c.txt", overwrite=True)
+    assert _names(tmp_path) == ["a.txt", "d.txt"]  # of which d.txt is somebody else's
+    assert (tmp_path / "a.txt").read_text() == "now"
+
+
 def test_a_failed_command_leaves_nothing(tmp_path: Path) -> None:
     outputs = OutputFiles()
     outputs.file(tmp_path / "new" / "folder" / "plan.csv").write_text("half")
