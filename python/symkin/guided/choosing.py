@@ -6,7 +6,8 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from functools import cached_property
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,6 +59,9 @@ class _Tries:
     tried: list[Array] = field(default_factory=list)  # coordinates, in the candidates' deviations
     failed: list[Array] = field(default_factory=list)
     avoided: list[Array] = field(default_factory=list)
+
+
+_Surveyed: TypeAlias = tuple[Survey, Array, dict[str, Array], float]
 
 
 class Chooser:
@@ -181,9 +185,16 @@ class Chooser:
 
         return completing, reached
 
-    def _surveyed(
-        self, estimate: Estimate[Any] | None
-    ) -> tuple[Survey, Array, dict[str, Array], float]:
+    def _surveyed(self, estimate: Estimate[Any] | None) -> _Surveyed:
+        if estimate is None:
+            return self._at_drawing
+        return self._surveyed_at(estimate)
+
+    @cached_property
+    def _at_drawing(self) -> _Surveyed:
+        return self._surveyed_at(None)
+
+    def _surveyed_at(self, estimate: Estimate[Any] | None) -> _Surveyed:
         survey = Survey.of(self._as_known(estimate), self.candidates, self._observe, self._unknowns)
         assert survey is not None  # since there is always a prior
         rows = survey.rows(self.candidates) * survey.scale
