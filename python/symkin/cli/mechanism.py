@@ -245,7 +245,6 @@ _To = Literal[
 ]  # fmt: skip
 _MECHANISM, _MEASURED = "mechanism.toml", "measurements.csv"
 _PROBED, _DISTANCES = "probed.csv", "distances.csv"
-_IMPORTED = (_MECHANISM, _MEASURED, _PROBED, _DISTANCES)
 
 
 @command(
@@ -426,7 +425,9 @@ def import_(
         _import_mechanism(file, out, overwrite=overwrite)
         return
     with OutputFiles([file, *([beside] if beside else [])], overwrite) as outputs:
-        folder = outputs.folder(out, *_IMPORTED)
+        # A robot that is given is often beside the table, and stays.
+        names = (_MEASURED,) if mechanism is not None else (_MECHANISM, _MEASURED)
+        folder = outputs.folder(out, *names)
         robot = None if mechanism is None else symkin.load_mechanism(mechanism)
         found = import_log(
             file,
@@ -437,6 +438,8 @@ def import_(
         )
         written = []
         if found.mechanism is not None:
+            refuse_unless(mechanism is None, f"--mechanism goes with a log of measurements alone; "
+                          f"{file} says the robot's geometry itself")  # fmt: skip
             header = f"Read from {file.name}"
             symkin.save_mechanism(found.mechanism, folder / _MECHANISM, header=header)
             written.append(_MECHANISM)
@@ -458,7 +461,7 @@ def import_(
 def _import_mechanism(file: Path, out: Path, *, overwrite: bool) -> None:
     """Import what is no log: a printer's configuration, or a model."""
     with OutputFiles([file], overwrite) as outputs:
-        folder = outputs.folder(out, *_IMPORTED)
+        folder = outputs.folder(out, _MECHANISM, _PROBED, _DISTANCES)
         found = import_mechanism(file)
         header = f"Read from {file.name}"
         symkin.save_mechanism(found.mechanism, folder / _MECHANISM, header=header)

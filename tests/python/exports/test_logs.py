@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import symkin
+from symkin import cli
 from symkin.analysis.clocks import Track, align_clocks, rests_of
 from symkin.errors import SymkinError
 from symkin.exports.firmware import LinearDelta
@@ -257,6 +258,28 @@ def test_clocks_are_aligned_to_half_a_millisecond(five_bar):
         assert len(rests_of(first, second, clocks)) == 10
     assert np.sqrt(np.mean(np.square(errors))) < 3e-4
     assert np.abs(errors).max() < 5e-4
+
+
+def test_a_robot_beside_the_table_of_its_log_stays(tmp_path, five_bar, capsys):
+    take, at, times, readings = recorded(five_bar)
+    path = written(tmp_path, "take.csv", motive_csv(take, at))
+    encoders = written(tmp_path, "encoders.csv", encoders_csv(times, readings))
+    robot = tmp_path / "mechanism.toml"
+    symkin.save_mechanism(five_bar, robot)
+    before = robot.read_bytes()
+    command = ["import", path, encoders, "--mechanism", robot, "--out", tmp_path, "--overwrite"]
+    for _ in range(2):
+        assert cli.main([str(each) for each in command]) == 0
+    assert robot.read_bytes() == before
+    assert f"symkin identify {robot} {tmp_path / 'measurements.csv'}" in capsys.readouterr().out
+
+
+def test_a_log_that_holds_the_geometry_takes_no_other_robot(tmp_path, capsys):
+    path, out = written(tmp_path, "g33.log", marlin_log()), tmp_path / "out"
+    command = ["import", path, "--radius", "80 mm", "--out", out, "--mechanism", "linear_delta"]
+    assert cli.main([str(each) for each in command]) == 2
+    assert "says the robot's geometry itself" in capsys.readouterr().err
+    assert not out.exists()
 
 
 def test_logs_of_other_motions_are_refused(tmp_path, five_bar):
