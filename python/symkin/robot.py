@@ -161,6 +161,7 @@ class Robot(Mechanism):
         growth: bool | None = None,
         backlash: bool | None = None,
         sessions: Sequence[str] | None = None,
+        clock_offset: bool | None = None,
         bow: float | str | None = None,
         confidence: float = CONFIDENCE,
     ) -> Estimate[Self]:
@@ -189,6 +190,7 @@ class Robot(Mechanism):
             growth=growth,
             backlash=backlash,
             sessions=sessions,
+            clock_offset=clock_offset,
             bow=bow,
             confidence=confidence,
         )

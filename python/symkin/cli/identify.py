@@ -16,6 +16,7 @@ from symkin.analysis.probing import with_printed_length
 from symkin.cli.console import Telling, not_converged, print_result, progress, write_result
 from symkin.cli.options import (
     CandidatesOption,
+    ClockOffsetOption,
     ColumnsOption,
     ConfidenceOption,
     EstimatorOption,
@@ -83,6 +84,7 @@ def identify(
     loss_scale: LossScaleOption = None,
     loss_per: LossPerOption = None,
     unknown: Unknown,
+    clock_offset: ClockOffsetOption = None,
     sensor_table: Annotated[
         Path | None,
         option(
@@ -177,6 +179,7 @@ def identify(
                 loss_per=loss_per,
                 max_iterations=max_iterations,
                 **unknown.arguments(),
+                clock_offset=clock_offset,
                 gauge=gauge,
                 confidence=share,
                 noise=by.estimated,
@@ -240,6 +243,7 @@ def identify_batch(
     loss_scale: LossScaleOption = None,
     loss_per: LossPerOption = None,
     unknown: Unknown,
+    clock_offset: ClockOffsetOption = None,
     gauge: GaugeOption = None,
     by: Measured,
     tolerances: TolerancesOption = None,
@@ -286,6 +290,7 @@ def identify_batch(
                 loss_per=loss_per,
                 max_iterations=max_iterations,
                 **unknown.arguments(),
+                clock_offset=clock_offset,
                 gauge=gauge,
                 noise=by.estimated,
                 tolerances=tolerances,

@@ -529,7 +529,7 @@ def read_partners(
     return found
 
 
-def read_circumstances(table: Table, leg_count: int) -> dict[str, NDArray[Any]]:
+def read_circumstances(table: Table, of: Sizes) -> dict[str, NDArray[Any]]:
     """Return what is known of the rows beside, of the optional attributes of `Measurements`.
 
     Raises
@@ -544,9 +544,9 @@ def read_circumstances(table: Table, leg_count: int) -> dict[str, NDArray[Any]]:
             continue
         if each.column in table.names:
             values = table.numbers(each.column)
-            found[name] = np.repeat(values[:, None], leg_count, axis=1) if each.by_leg else values
+            found[name] = np.repeat(values[:, None], of.legs, axis=1) if each.by_leg else values
             continue
-        columns = each.columns(leg_count) if each.by_leg else []
+        columns = each.columns(of) if each.dimensions > 1 else []
         if any(column in table.names for column in columns):
             for column in columns:
                 table.require(column, each.kind)

@@ -70,6 +70,8 @@ class MeasuredRows(Result):
     temperatures: NDArray[np.float64] | None = None
     sessions: NDArray[np.intp] | None = None
     approaches: NDArray[np.float64] | None = None
+    velocities: NDArray[np.float64] | None = None
+    speeds: NDArray[np.float64] | None = None
     sensor_table: SensorTable | None = field(private=True, default=None)
     unread: tuple[str, ...] = field(compare=False, default=())
 
@@ -245,9 +247,10 @@ class MeasuredRows(Result):
         for name, each in CIRCUMSTANCES.items():
             if getattr(self, name) is None:
                 continue
-            make_arrays(self, **{name: (1 + each.by_leg, "int" if each.counts else "float")})
-            values = getattr(self, name)
-            shape = self.readings.shape if each.by_leg else self.readings.shape[:1]
+            make_arrays(self, **{name: (each.dimensions, "int" if each.counts else "float")})
+            values, rows = getattr(self, name), len(self.poses)
+            shape: tuple[int, ...] = (rows, self.space.size) if each.by_axis else (rows,)
+            shape = self.readings.shape if each.by_leg else shape
             if values.shape != shape:
                 raise MeasurementError(f"{name} have shape {values.shape}; expected {shape}")
             right = np.isin(values, each.values) if each.values else np.isfinite(values)

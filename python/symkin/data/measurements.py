@@ -106,6 +106,10 @@ class Measurements(MeasuredRows):
     approaches : ndarray, shape (N, legs), or None
         From which side each leg came to rest: 1 where its reading rose, -1 where it fell, 0 where
         nobody knows; without them the readings before tell.
+    velocities : ndarray, shape (N, 2 or 3), or None
+        Of the target in the frame of the measuring device while it moved, m/s.
+    speeds : ndarray, shape (N, legs), or None
+        Of the readings while it moved, per second.
     sensor_table : SensorTable or None
         The mechanism's, which has made the readings straight; files have what the sensors show.
     unread : tuple of str

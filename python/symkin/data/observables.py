@@ -30,7 +30,7 @@ __all__ = [
     "TURN_AXIS",
     "Circumstance",
     "Observable",
-    "circumstance_columns",
+    "Sizes",
     "words_between_rows",
     "words_with",
 ]
@@ -211,6 +211,10 @@ class Circumstance:
         Its column, with the unit; of what every leg has, before its number.
     by_leg : bool
         Whether every leg has one, which a table may give all by one column without a number.
+    by_axis : bool
+        Whether it is a vector in the frame of the measuring device.
+    unit : str
+        Behind the number or the axis in its columns; ``{reading}`` is that of the readings.
     values : tuple of float
         What it may be; empty for any number.
     counts : bool
@@ -221,12 +225,24 @@ class Circumstance:
     kind: str
     column: str
     by_leg: bool = False
+    by_axis: bool = False
+    unit: str = ""
     values: tuple[float, ...] = ()
     counts: bool = False
 
-    def columns(self, legs: int) -> list[str]:
+    @property
+    def dimensions(self) -> int:
+        """Of its array."""
+        return 2 if self.by_leg or self.by_axis else 1
+
+    def columns(self, of: Sizes) -> list[str]:
         """Columns that symkin writes."""
-        return [f"{self.column}_{leg + 1}" for leg in range(legs)] if self.by_leg else [self.column]
+        own = [self.column]
+        if self.by_leg:
+            own = [f"{self.column}_{leg + 1}" for leg in range(of.legs)]
+        elif self.by_axis:
+            own = [f"{self.column}_{axis}" for axis in of.space.position]
+        return [name + self.unit.format(reading=of.reading_unit) for name in own]
 
 
 CIRCUMSTANCES: Mapping[str, Circumstance] = {
@@ -236,14 +252,10 @@ CIRCUMSTANCES: Mapping[str, Circumstance] = {
         Circumstance("temperatures", "temperature", "temperature_c"),
         Circumstance("sessions", "session", "session", counts=True),
         Circumstance("approaches", "approach", "approach", by_leg=True, values=(-1.0, 0.0, 1.0)),
+        Circumstance("velocities", "velocity", "velocity", by_axis=True, unit="_m_s"),
+        Circumstance("speeds", "speed", "speed", by_leg=True, unit="_{reading}_s"),
     )
 }
-
-
-def circumstance_columns(legs: int) -> set[str]:
-    """All columns of circumstances."""
-    columns = (name for each in CIRCUMSTANCES.values() for name in each.columns(legs))
-    return {each.column for each in CIRCUMSTANCES.values()}.union(columns)
 
 
 def words_between_rows() -> set[str]:

@@ -29,7 +29,7 @@ from symkin.data.columns import (
 )
 from symkin.data.joining import joined
 from symkin.data.measurements import ALL_LEGS, Measurements
-from symkin.data.observables import OBSERVABLES
+from symkin.data.observables import OBSERVABLES, Sizes
 from symkin.data.sensor_tables import read_straight_readings
 from symkin.data.tries import only_counting
 from symkin.data.unread import refuse_what_is_missed, unread_columns
@@ -226,7 +226,7 @@ def measurements_of_table(
     others: dict[str, Any] = {**read_observed(table, columns, space, legs, mechanism.reading_unit)}
     if others.get("commanded") is not None:
         others["commanded"] = from_drawing(mechanism, others["commanded"])
-    others |= read_circumstances(table, legs)
+    others |= read_circumstances(table, Sizes(mechanism.space, legs, mechanism.reading_unit))
     others["partners"] = read_partners(table, columns, space)
     if others.get("reported") is not None:
         given = others["reported"]

@@ -70,7 +70,9 @@ def measurement_columns(
     for name, each in CIRCUMSTANCES.items():
         values = getattr(measurements, name)
         if values is not None:
-            names = each.columns(measurements.readings.shape[1])
+            names = each.columns(
+                Sizes(measurements.space, measurements.readings.shape[1], reading_unit)
+            )
             columns |= dict(zip(names, values.reshape(len(values), -1).T, strict=True))
     return columns
 

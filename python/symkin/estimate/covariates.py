@@ -54,7 +54,7 @@ class Covariate(Value):
     values : ndarray, shape (N, legs); of the base (N,)
         The column.
     per : str
-        Unit of the column; empty for a number.
+        Unit of the column; empty for a number. Of a clock's offset that of the slope, s.
     is_reference : bool
         Whether others are compared with it: its slopes are held at zero unless `free` names them or
         a prior says how large they are.
@@ -76,6 +76,7 @@ def covariates_of(
     growth: bool = False,
     backlash: bool = False,
     sessions: Sequence[str] = (),
+    clock_offset: bool = False,
 ) -> tuple[Covariate, ...]:
     """Lay out what may change; the arguments are those of `identify`.
 
@@ -88,7 +89,7 @@ def covariates_of(
     ------
     SymkinError
         For a step at no row, or before all; a growth of a robot without lengths; fewer than two
-        sessions.
+        sessions; a clock's offset where nobody says how fast the robot moves.
     """
     legs = len(mechanism.legs)
 
@@ -112,12 +113,49 @@ def covariates_of(
         found.append(Covariate("growth", "lengths", np.repeat(column[:, None], legs, axis=1), per))
     if backlash:
         found.append(Covariate("backlash", "reading", last_moves(mechanism, measurements) / 2))
+    if clock_offset:
+        found += _late(mechanism, measurements)
     for what in ("leg", "frame"):
         if {"leg": "offsets", "frame": "frames"}[what] in sessions:
             for number, rows in sessions_of(measurements).items():
                 each = moving(f"session{number}", what, rows.astype(float))
                 found.append(replace(each, is_reference=bool(number == last_session(measurements))))
     return tuple(found)
+
+
+def _late(mechanism: Mechanism, measurements: Measurements) -> list[Covariate]:
+    """What a device shows that sees the robot where it was some time before the readings.
+
+    The readings are larger by their speeds times that, or what is seen of positions is where it was
+    by the velocity.
+    """
+    if measurements.speeds is not None:
+        return [Covariate("clock", "reading", measurements.speeds, "s")]
+    velocities, space = measurements.velocities, mechanism.space
+    if velocities is None:
+        unit = mechanism.reading_unit
+        raise SymkinError(
+            "a clock's offset shows where the robot moves, and nobody says how fast; expected "
+            f"columns velocity_{space.position[0] if space.moves else 'x'}_m_s, ... of the target, "
+            f"or speed_1_{unit}_s, ... of the readings"
+        )
+    taken = measurements
+    turning = {
+        "orientations": taken.poses[:, space.size :] if space.turns else None,
+        "points": taken.points if space.turns else None,
+        "attitudes": taken.attitudes,
+        "turns": taken.turns,
+    }
+    for what, values in turning.items():
+        if values is not None and np.isfinite(values).any():
+            raise SymkinError(
+                f"the velocity of the target does not say what a clock's offset does to {what}; "
+                f"expected the speeds of the readings, speed_1_{mechanism.reading_unit}_s, ..."
+            )
+    return [
+        Covariate(f"clock_{axis}", "base", -column, "s")
+        for axis, column in zip(space.position, velocities.T, strict=True)
+    ]
 
 
 def sessions_of(measurements: Measurements) -> dict[int, NDArray[np.bool_]]:

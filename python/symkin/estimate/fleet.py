@@ -317,6 +317,7 @@ def identify_many(
     growth: bool | None = None,
     backlash: bool | None = None,
     sessions: Sequence[str] | None = None,
+    clock_offset: bool | None = None,
     bow: float | str | None = None,
     tolerances: Literal["estimate"] | None = None,
     columns: MeasurementColumns | None = None,
@@ -336,7 +337,7 @@ def identify_many(
         By the robots' names; one by one, named by their files or numbered from 1; or one table with
         a column ``robot``, as for `read_fleet`.
     estimator, poses, loss, loss_scale, noise, max_iterations, free, fixed, shared, tie, prior, \
-frames, sensor, gauge, loss_per, assume, drift, step, growth, backlash, sessions, bow
+frames, sensor, gauge, loss_per, assume, drift, step, growth, backlash, sessions, clock_offset, bow
         As for `identify`; by default what the mechanism's `identification` says. Where that is not
         all parameters of all legs, robots are identified as `identify` does, in seconds rather than
         milliseconds each.
@@ -391,6 +392,7 @@ frames, sensor, gauge, loss_per, assume, drift, step, growth, backlash, sessions
         growth=growth,
         backlash=backlash,
         sessions=sessions,
+        clock_offset=clock_offset,
         bow=bow,
         tolerances=tolerances,
         threads=threads,

@@ -67,6 +67,7 @@ def identify(
     growth: bool | None = None,
     backlash: bool | None = None,
     sessions: Sequence[str] | None = None,
+    clock_offset: bool | None = None,
     bow: float | str | None = None,
     confidence: float = CONFIDENCE,
 ) -> Estimate[Nominal]:
@@ -153,6 +154,10 @@ def identify(
         What every session of the measurements has of its own: the offsets of the sensors and where
         the base is to the measuring device, as so much more than in the last session, as in which
         the robot is; and its noise, as so many times the declared one, `Estimate.session_noise`.
+    clock_offset : bool, optional
+        Whether the device may see the robot where it was some time before the readings, the same in
+        all rows: by the measurements' `speeds` of the readings, or `velocities` of the target. For
+        samples that were taken while it moved.
     bow : float or str, optional
         How far the rim of a probed bed may be above its middle, as a standard deviation, m or a
         text with a unit: it is then unknown, ``plane.bow``. The rim is where the farthest height
@@ -198,6 +203,7 @@ def identify(
         "growth": growth,
         "backlash": backlash,
         "sessions": sessions,
+        "clock_offset": clock_offset,
         "bow": bow,
     }
     wanted = _wanted(mechanism, measurements, given)

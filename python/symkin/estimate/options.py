@@ -50,6 +50,7 @@ class EstimateOptions(Value):
     growth: bool = False
     backlash: bool = False
     sessions: tuple[str, ...] = ()
+    clock_offset: bool = False
     bow: float | str | None = None
     confidence: float = CONFIDENCE
 
@@ -107,6 +108,7 @@ class EstimateOptions(Value):
             growth=self.growth,
             backlash=self.backlash,
             sessions=self.sessions,
+            clock_offset=self.clock_offset,
         )
 
     @property

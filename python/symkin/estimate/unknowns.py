@@ -57,6 +57,7 @@ REDUNDANT = "since the sensor's offset does the same"
 SCALE, BED, SAG = "scale", "bed", "sag"  # what may be assumed besides scalars
 BOW = "plane.bow"
 _NO_TOLERANCE = 1e-6  # m or rad: next to what is made within a tolerance, as good as held
+CLOCK = "clock"  # of the slopes that a clock's offset is
 _TERMS = ("sensor_quadratic", "sensor_cosine", "sensor_sine")
 
 
@@ -161,6 +162,9 @@ class Layout(Value):
         if "growth" in per:  # of one part as of another
             shared = [*shared, "growth"]
         ties = [_tie(names, pattern, sorts) for pattern in shared]
+        late = {i for i in slopes if sorts[i][0] == CLOCK}
+        chosen -= {i for i in slopes - late if scalars[i].startswith(CLOCK)}
+        ties += [late] * bool(late)
         chosen = chosen.union(*ties) - names.matching("fixed", fixed) | _placeless(mechanism, names)
         values = dict(zip(scalars, scalar_values(setup).tolist(), strict=True))
         equations = [*mechanism.ties, *([tie] if isinstance(tie, str) else tie)]
@@ -567,6 +571,8 @@ def _groups(
 
 def _name(names: _Names, members: Sequence[int]) -> str:
     first = names.scalars[members[0]]
+    if first.startswith(f"{CLOCK}_"):
+        return CLOCK
     if len(members) == 1:
         return first
     own = first.partition(".")[2]
@@ -578,9 +584,9 @@ def _name(names: _Names, members: Sequence[int]) -> str:
 
 def _sorts(
     mechanism: Mechanism, scalars: Sequence[str], units: Sequence[str]
-) -> tuple[object, ...]:
+) -> tuple[tuple[object, ...], ...]:
     """What scalars have in common that can be shared: name and unit, and what the name means."""
-    sorts: list[object] = []
+    sorts: list[tuple[object, ...]] = []
     for name, unit in zip(scalars, units, strict=True):
         block, _, own = name.partition(".")
         leg = int(block[3:]) - 1 if block.startswith("leg") else None
@@ -588,6 +594,7 @@ def _sorts(
         role = roles.get(own, ABSENT)
         # A radius beside a height is another one than beside a polar angle.
         beside = frozenset(each.kind for each in roles.values() if each.end == role.end != "none")
+        own = CLOCK if block == f"{CLOCK}_{own}" else own
         sorts.append((own, unit, role, beside))
     return tuple(sorts)
 
@@ -601,6 +608,8 @@ def slope_units(
         block, _, own = name.partition(".")
         if own == "growth":
             return f"1/{per[own]}" if per[own] else ""
+        if CLOCK in (block.partition("_")[0], own):
+            return "s"
         if block.startswith("leg"):
             return mechanism.reading_unit
         return "rad" if own in ("phi", "rx", "ry", "rz") else "m"

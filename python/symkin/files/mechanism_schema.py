@@ -265,6 +265,7 @@ IDENTIFICATION = table(
         "step": list_of(text(40)),
         "growth": boolean(),
         "backlash": boolean(),
+        "clock_offset": boolean(),
         "bow": quantity("m", "positive"),
         "sessions": list_of(choice(*OPTIONS["sessions"].words)),
     }

@@ -362,7 +362,7 @@ class IdentificationSettings(_Settings):
         ``"sag"``; in a file the section ``[assumed]``.
     drift, step : tuple of str or None
         Of ``"leg"`` and ``"frame"``; rows, such as ``"63"`` or ``"frame:63"``.
-    growth, backlash : bool or None
+    growth, backlash, clock_offset : bool or None
         See `identify`.
     bow : float or None
         How far the rim of a probed bed may be above its middle, m.
@@ -386,6 +386,7 @@ class IdentificationSettings(_Settings):
     step: tuple[str, ...] | None = None
     growth: bool | None = None
     backlash: bool | None = None
+    clock_offset: bool | None = None
     bow: float | None = None
     noise: str | None = None
     sessions: tuple[str, ...] | None = None

@@ -140,6 +140,10 @@ _ALL = (
     Option("backlash", bool, seldom=_UNKNOWN,
            help="Each leg may come to rest elsewhere from above than from below (columns "
                 "approach_1 and so on, or the reading before)."),
+    Option("clock_offset", bool, seldom=_UNKNOWN,
+           help="The device may see the robot where it was some time before the readings, in "
+                "samples taken while it moved (columns velocity_x_m_s of the target, or "
+                "speed_1_rad_s of the readings)."),
     Option("sessions", list[SessionsOwn], metavar="WHAT", seldom=_UNKNOWN,
            help="What every session (column session, or each of several files) has of its own: "
                 "offsets of the sensors, frames (where the robot stands to the measuring device), "

@@ -60,6 +60,7 @@ _INTERVAL = 1.96  # standard deviations: holds 95% of normal errors
 _INFLUENTIAL = 8
 _WEAKEST = 3  # unknowns in one line
 _NAMED_SHARE = 1e-3  # of a direction's square
+_CLOCK = "clock_"
 _BLOCKS = {
     "base": "Base, in the frame of the measuring device",
     "target": "Target, in the platform's frame",
@@ -390,7 +391,9 @@ def _parameter_table(found: Estimate, actual: Mechanism | None) -> Table:
     columns += ["Over tolerance", "Change", "Status"]
     columns += [] if actual is None else ["True", "Error / standard deviation"]
     groups = []
-    for block in dict.fromkeys(each.name.partition(".")[0] for each in found.unknowns):
+    blocks = list(dict.fromkeys(each.name.partition(".")[0] for each in found.unknowns))
+    clocks = [each for each in blocks if each.startswith(_CLOCK)]
+    for block in (each for each in blocks if each not in clocks[1:]):  # one, along each axis
         own = [each for each in found.unknowns if each.name.partition(".")[0] == block]
         rows = [_parameter_row(each) for each in own]
         if actual is not None and block.startswith("leg"):
@@ -415,7 +418,7 @@ def _parameter_row(each: Unknown) -> list[str]:
     factor, unit = on_paper(each.unit)
     decimals = decimals_of(factor * each.deviation)
     return [
-        each.name.partition(".")[2],
+        "offset" if each.name.startswith(_CLOCK) else each.name.partition(".")[2],
         unit,
         fixed(factor * each.nominal, decimals),
         fixed(factor * each.value, decimals),
@@ -445,6 +448,8 @@ def _title(block: str) -> str:
             return f"{start.capitalize()} {block.removeprefix(start)}"
     if block.startswith("step"):
         return f"Step of the base in the frame of the measuring device, at row {block[4:]}"
+    if block.startswith(_CLOCK):
+        return "Clock of the measuring device, behind that of the readings"
     if block.startswith("session"):
         return f"Base in the frame of the measuring device, session {block[7:]} less the last"
     return _BLOCKS[block]

@@ -99,6 +99,8 @@ def measured_of(case, robot):
         away = numbers(data["distance"], 1)
         given["distances"] = np.where(np.array(case["session"])[:, None] == sessions, away, np.nan)
         given["distance_deviations"] = np.full(given["distances"].shape, data["distance_sd"][0])
+    if "velocity" in data:
+        given["velocities"] = np.array(data["velocity"])
     given |= pairs_of(case, rows, space.size)
     return symkin.Measurements.of(
         poses,
@@ -153,6 +155,8 @@ def name_of(scalar, kind=""):
         return f"anchor{session}.{last}"
     if first == "bar_length":
         return "distance1.zero"
+    if first == "time_offset":
+        return "clock_x.x"
     renamed = {"delta": {"base_angle": "base_azimuth"}}.get(kind, {})
     if kind == "belts" and parameter.startswith("base_"):
         parameter = f"belt_at_{parameter[-1]}"
@@ -170,6 +174,7 @@ def compared(case, found, kind=""):
     assert found.degrees_of_freedom == expected["degrees_of_freedom"]
     assert (found.rank, found.data_rank) == (expected["rank"], expected["rank_of_data"])
     columns = {name: k for k, name in enumerate(found.names)}
+    columns |= {"clock_x.x": columns["clock"]} if "clock" in columns else {}
     columns |= {f"{name.partition('+')[0]}.zero": k for name, k in columns.items() if "+" in name}
     for scalar, value, sd in zip(case["free"], expected["estimate"], expected["sd"], strict=True):
         name = name_of(scalar, kind)
@@ -235,6 +240,21 @@ def test_a_turn_about_a_known_axis_is_as_by_least_squares(case):
     robot = robot_of(case)
     found = symkin.identify(
         robot, measured_of(case, robot), fixed=["sensor_gain"], prior=priors_of(case)
+    )
+    compared(case, found)
+
+
+@pytest.mark.parametrize("case", ["five_bar_time_offset"], indirect=True)
+def test_a_clock_that_is_off_is_as_by_least_squares(case):
+    robot = robot_of(case).replace(
+        frames=Frames(base=tuple(case["scalars"][f"base_frame_{x}"] for x in ("x", "y", "phi")))
+    )
+    found = symkin.identify(
+        robot,
+        measured_of(case, robot),
+        free=["*_length", "sensor_offset"],
+        frames=["base"],
+        clock_offset=True,
     )
     compared(case, found)
 
