@@ -217,6 +217,7 @@ def with_printed_length(
         if each.name == "pose_deviations" and old is None:
             old = np.full(measurements.poses.shape, np.nan)
         if isinstance(old, np.ndarray):
-            more = new.get(each.name, np.full((2, *old.shape[1:]), np.nan))
+            nothing = 0 if old.dtype.kind == "i" else np.nan  # of a pair: no other row
+            more = new.get(each.name, np.full((2, *old.shape[1:]), nothing))
             joined[each.name] = np.concatenate([old, more])
     return dataclasses.replace(measurements, **joined)

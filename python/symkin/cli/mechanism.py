@@ -244,7 +244,7 @@ _To = Literal[
     "c-header", "table",
 ]  # fmt: skip
 _MECHANISM, _MEASURED = "mechanism.toml", "measurements.csv"
-_PROBED, _DISTANCES = "probed.csv", "distances.csv"
+_PROBED = "probed.csv"
 
 
 @command(
@@ -389,9 +389,7 @@ def import_(
             "Marlin, RepRapFirmware, Motive, Vicon, ROS, Maslow, JSON or Excel.",
         ),
     ],
-    out: Annotated[
-        Path, folder_of("mechanism.toml, probed.csv, distances.csv and measurements.csv")
-    ],
+    out: Annotated[Path, folder_of("mechanism.toml, and probed.csv or measurements.csv")],
     beside: Annotated[
         Path | None,
         typer.Argument(
@@ -413,7 +411,7 @@ def import_(
 
     Of Klipper's printer.cfg, linear and rotary deltas with what SAVE_CONFIG wrote: towers, rods,
     endstops, and the heights that DELTA_CALIBRATE recorded; distances that DELTA_ANALYZE was told
-    are kept in distances.csv, which nothing reads yet. Models are read if symkin wrote them. Logs
+    stand behind them, as rows in pairs. Models are read if symkin wrote them. Logs
     are known by what they hold, and become measurements.csv; what was taken of them and what was
     left is said. Last printed are the files that were written.
     """
@@ -461,14 +459,12 @@ def import_(
 def _import_mechanism(file: Path, out: Path, *, overwrite: bool) -> None:
     """Import what is no log: a printer's configuration, or a model."""
     with OutputFiles([file], overwrite) as outputs:
-        folder = outputs.folder(out, _MECHANISM, _PROBED, _DISTANCES)
+        folder = outputs.folder(out, _MECHANISM, _PROBED)
         found = import_mechanism(file)
         header = f"Read from {file.name}"
         symkin.save_mechanism(found.mechanism, folder / _MECHANISM, header=header)
         if found.measurements is not None:
             symkin.write_measurements(found.measurements, folder / _PROBED, found.mechanism)
-        if len(found.distances):
-            write_table(folder / _DISTANCES, found.distance_columns)
     for note in found.notes:
         say(filled(f"{note}."))
     written = [_MECHANISM]
@@ -477,6 +473,5 @@ def _import_mechanism(file: Path, out: Path, *, overwrite: bool) -> None:
         files = [shlex.quote(str(out / name)) for name in written]
         calibrated = shlex.quote(str(out / "calibrated"))
         say(f"\nNext: symkin identify {' '.join(files)} --out {calibrated}\n")
-    written += [_DISTANCES] * bool(len(found.distances))
     for name in written:
         say(str(out / name))

@@ -34,6 +34,7 @@ ASSUMED_OF_CRANKS = (
 )
 # What Klipper's own calibration estimates.
 _UNKNOWN = ("sensor_offset", "base_radius", "leg1.base_azimuth", "leg2.base_azimuth")
+_RODS = ("distal_length",)  # that heights do not show, and distances do
 _TELLING_HEIGHTS = 11  # of which these six leave five, from which a noise can be estimated
 
 
@@ -43,12 +44,19 @@ def few_heights(count: int) -> bool:
 
 
 def printer_of(
-    name: str, delta: LinearDelta, printed: float, *, few: bool, probe: float | None = None
+    name: str,
+    delta: LinearDelta,
+    printed: float,
+    *,
+    few: bool,
+    probe: float | None = None,
+    rods: bool = False,
 ) -> Mechanism:
     """A printer whose sensors read the ways of the carriages from their endstops.
 
     `printed` is the radius that is printed on, m. Nobody knows how well a probe repeats, unless
-    `probe` says it, m: the heights that are left over tell, if they are not `few`.
+    `probe` says it, m: the heights that are left over tell, if they are not `few`. Distances tell
+    how long the `rods` are, and leave what the probe's noise is and what the carriages' open.
     """
     noise = _NOISE if probe is None else NoiseSettings(probe, 0.0, _NOISE.reading)
     return Mechanism(
@@ -62,17 +70,20 @@ def printer_of(
         tolerances=Tolerances(length=1e-3, angle=1e-2, gain=2e-3),
         frames=Frames(plane=(0.0, 0.0, 0.0)),
         identification=IdentificationSettings(
-            free=_UNKNOWN,
-            shared=("base_radius",),
-            noise=None if few or probe is not None else "estimate",
+            free=_UNKNOWN + _RODS * rods,
+            shared=("base_radius",) + _RODS * rods,
+            noise=None if few or rods or probe is not None else "estimate",
         ),
     )
 
 
 def rotary_of(
-    name: str, legs: Sequence[Leg], workspace: WorkspaceSettings, *, few: bool
+    name: str, legs: Sequence[Leg], workspace: WorkspaceSettings, *, few: bool, rods: bool = False
 ) -> Mechanism:
-    """A rotary delta whose sensors read how far the cranks have turned down from their endstops."""
+    """A rotary delta whose sensors read how far the cranks have turned down from their endstops.
+
+    Distances tell how long the `rods` are.
+    """
     return Mechanism(
         name,
         legs,
@@ -84,9 +95,9 @@ def rotary_of(
         tolerances=Tolerances(length=1e-3, angle=1e-2, gain=2e-3),
         frames=Frames(plane=(0.0, 0.0, 0.0)),
         identification=IdentificationSettings(
-            free=("sensor_offset", "base_radius"),
-            shared=("base_radius",),
-            noise=None if few else "estimate",
+            free=("sensor_offset", "base_radius") + _RODS * rods,
+            shared=("base_radius",) + _RODS * rods,
+            noise=None if few or rods else "estimate",
         ),
     )
 

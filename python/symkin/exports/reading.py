@@ -22,6 +22,7 @@ from xml.etree import ElementTree as ET
 import numpy as np
 from numpy.typing import NDArray
 
+from symkin.analysis.probing import CALIPER
 from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError
 from symkin.exports.common import MARK
@@ -77,27 +78,15 @@ class Imported(Value):
     mechanism : Mechanism
         As it is described there; a sensor reads the way of its carriage from the endstop.
     measurements : Measurements or None
-        Readings and heights that were recorded; None if there are none.
+        Readings and heights that were recorded, and behind them the ends of distances on printed
+        objects, as rows in pairs; None if there are none.
     notes : tuple of str
         What was not read, or assumed.
-    distances : ndarray, shape (n, 7)
-        Distances on printed objects, m, each with the readings of the legs at its ends, those of
-        the first end first.
     """
 
     mechanism: Mechanism = field(private=True)
     measurements: Measurements | None = field(private=True)
     notes: tuple[str, ...]
-    distances: Array = field(private=True, default_factory=lambda: np.zeros((0, 7)))
-
-    @property
-    def distance_columns(self) -> dict[str, Array]:
-        """The distances as columns of a table: ``distance_m``, ``from_psi_1_m``, ..."""
-        legs = range(1, 1 + (self.distances.shape[1] - 1) // 2)
-        unit = self.mechanism.reading_unit
-        ends = (f"{end}_psi_{leg}_{unit}" for end in ("from", "to") for leg in legs)
-        names = ["distance_m", *ends]
-        return dict(zip(names, self.distances.T, strict=True))
 
 
 def import_mechanism(path: str | os.PathLike[str]) -> Imported:
@@ -384,11 +373,12 @@ def _printer(path: Path) -> Imported:
     )
     printed = config.number("printer", "print_radius", radius, above=0.0)
     notes = [*config.notes, ASSUMED]
-    measurements, distances = _records(config), _distances(config)
-    notes += _of_distances(config, distances)
-    few = measurements is not None and few_heights(len(measurements))
-    mechanism = printer_of(path.stem, delta, printed * 1e-3, few=few)
-    return Imported(mechanism, measurements, tuple(notes), distances)
+    found = _records(config, "m")
+    notes += found.notes
+    mechanism = printer_of(
+        path.stem, delta, printed * 1e-3, few=found.are_few, rods=bool(found.distances)
+    )
+    return Imported(mechanism, found.measurements, tuple(notes))
 
 
 def _rotary(config: _Config) -> Imported:
@@ -439,11 +429,12 @@ def _rotary(config: _Config) -> Imported:
         home=(0.0, 0.0, (low + top) / 2e3),
         conditioning_limit=CONDITION,
     )
-    measurements, distances = _records(config, "rad"), _distances(config, "rad")
-    few = measurements is not None and few_heights(len(measurements))
-    mechanism = rotary_of(config.path.stem, legs, box, few=few)
-    notes = [*config.notes, ASSUMED_OF_CRANKS, *_of_distances(config, distances)]
-    return Imported(mechanism, measurements, tuple(notes), distances)
+    found = _records(config, "rad")
+    mechanism = rotary_of(
+        config.path.stem, legs, box, few=found.are_few, rods=bool(found.distances)
+    )
+    notes = [*config.notes, ASSUMED_OF_CRANKS, *found.notes]
+    return Imported(mechanism, found.measurements, tuple(notes))
 
 
 def _raised(config: _Config, radius: float, below: Array, crank: Array, rod: Array) -> Array:
@@ -461,33 +452,6 @@ def _raised(config: _Config, radius: float, below: Array, crank: Array, rod: Arr
     return np.asarray(raised)
 
 
-def _of_distances(config: _Config, distances: Array) -> list[str]:
-    """What is to be told of distances of printed objects."""
-    lost = sum(1 for _ in config.numbered("delta_calibrate", "distance")) - len(distances)
-    notes = []
-    if lost:
-        notes.append(f"{lost} distances of printed objects are left out: they have no positions")
-    if len(distances):
-        notes.append(
-            f"{len(distances)} distances of printed objects are kept, with the readings at their "
-            "ends; identify does not use them: give it one with --printed"
-        )
-    return notes
-
-
-def _distances(config: _Config, unit: str = "m") -> Array:
-    """What DELTA_ANALYZE was told of a printed object: a distance, and where its ends are."""
-    section, rows = "delta_calibrate", []
-    for name in config.numbered(section, "distance"):
-        if not config.has(section, f"{name}_pos1"):
-            continue
-        ends = [config.triple(section, f"{name}_pos{end}") for end in (1, 2)]
-        rows.append(
-            (config.number(section, name, above=0.0) * 1e-3, *_ways(config, ends, unit).ravel())
-        )
-    return np.array(rows).reshape(-1, 7)
-
-
 def _ways(config: _Config, steps: Sequence[Sequence[float]], unit: str) -> Array:
     """Ways from the endstops, which steps count downwards: to smaller heights, larger angles."""
     radians = unit == "rad"
@@ -496,23 +460,76 @@ def _ways(config: _Config, steps: Sequence[Sequence[float]], unit: str) -> Array
     return np.asarray(np.array(steps) * ways + 0.0)  # zero is no negative zero
 
 
-def _records(config: _Config, unit: str = "m") -> Measurements | None:
-    """What was probed."""
+class _Recorded(NamedTuple):
+    """What Klipper kept of a bed and of printed objects."""
+
+    measurements: Measurements | None
+    heights: int
+    distances: int
+    notes: list[str]
+
+    @property
+    def are_few(self) -> bool:
+        """Whether there are heights, and so few that they do not tell how well a probe repeats."""
+        return self.measurements is not None and few_heights(self.heights)
+
+
+def _records(config: _Config, unit: str) -> _Recorded:
+    """What was probed, and what DELTA_ANALYZE was told: distances between two rows behind it."""
     section = "delta_calibrate"
     heights, steps = [], []
     for prefix in ("height", "manual_height"):
         for name in config.numbered(section, prefix):
-            heights.append(config.number(section, name))
+            heights.append(config.number(section, name) * 1e-3)
             steps.append(config.triple(section, f"{name}_pos"))
-    if not heights:
-        return None
-    return Measurements.of(
-        np.full((len(heights), 3), np.nan),
+    probed, lost = len(heights), 0
+    rows: dict[tuple[float, ...], int] = {}  # of ends, each by where it is: a pillar is one
+    pairs: dict[int, list[tuple[int, float]]] = {}  # of a row the earlier one, and how far it is
+    for name in config.numbered(section, "distance"):
+        if not config.has(section, f"{name}_pos1"):
+            lost += 1
+            continue
+        ends = [config.triple(section, f"{name}_pos{end}") for end in (1, 2)]
+        first, second = sorted(rows.setdefault(end, probed + len(rows)) for end in ends)
+        if first == second:
+            raise config.error(section, f"{name}_pos2", f"is where {name}_pos1 is; expected apart")
+        away = config.number(section, name, above=0.0) * 1e-3
+        pairs.setdefault(second, []).append((first, away))
+    steps += rows
+    count = sum(map(len, pairs.values()))
+    notes = []
+    if lost:
+        notes.append(f"{lost} distances of printed objects are left out: they have no positions")
+    if count:
+        notes.append(
+            f"{count} distances of printed objects are between two rows each, measured "
+            f"with {CALIPER * 1e3:g} mm; with them the length of the rods is unknown, too"
+        )
+    if not steps:
+        return _Recorded(None, 0, 0, notes)
+    between: dict[str, Any] = {}
+    if count:
+        most = max(map(len, pairs.values()))
+        partners = np.zeros((len(steps), most), dtype=np.intp)
+        separations = np.full((len(steps), most), np.nan)
+        for second, of in pairs.items():
+            for k, (first, away) in enumerate(of):
+                partners[second, k], separations[second, k] = first + 1, away
+        between = {
+            "partners": partners,
+            "separations": separations,
+            "separation_deviations": np.where(np.isnan(separations), np.nan, CALIPER),
+        }
+    if probed:
+        between["heights"] = np.array([*heights, *[np.nan] * (len(steps) - probed)])
+    measurements = Measurements.of(
+        np.full((len(steps), 3), np.nan),
         _ways(config, steps, unit),
-        heights=np.array(heights) * 1e-3,
         pose_space="translating",
         reading_unit=unit,
+        **between,
     )
+    return _Recorded(measurements, probed, count, notes)
 
 
 def _step(config: _Config, stepper: str, *, radians: bool = False) -> float:

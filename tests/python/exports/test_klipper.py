@@ -13,6 +13,7 @@ import pytest
 
 import symkin
 from symkin.analysis.probing import PrintedLength, with_printed_length
+from symkin.cli import main
 from symkin.errors import SymkinError
 from symkin.exports.reading import import_mechanism
 
@@ -58,12 +59,13 @@ def carriages(printer: dict, points: np.ndarray) -> np.ndarray:
     angles = np.radians(printer["angles"])
     towers = printer["radius"] * np.column_stack([np.cos(angles), np.sin(angles)])
     away = ((points[:, None, :2] - towers) ** 2).sum(axis=2)
-    return points[:, 2:] + np.sqrt(ARM**2 - away)
+    return points[:, 2:] + np.sqrt(printer.get("arm", ARM) ** 2 - away)
 
 
 def stable(printer: dict, points: np.ndarray) -> np.ndarray:
     """Steps below the endstops (calc_stable_position of the same file)."""
-    stops = np.array(printer["stops"]) + math.sqrt(ARM**2 - printer["radius"] ** 2)
+    arm = printer.get("arm", ARM)
+    stops = np.array(printer["stops"]) + math.sqrt(arm**2 - printer["radius"] ** 2)
     return (stops - carriages(printer, points)) / STEP
 
 
@@ -187,20 +189,65 @@ def test_what_was_saved_and_entered_by_hand_counts_and_the_rest_is_said(
     assert any("[include pins.cfg] was not read" in note for note in found.notes)
 
 
-def test_distances_that_were_told_are_kept_with_the_readings_at_their_ends(
+def distances(built: dict, ends: np.ndarray, error: float = 0.0) -> str:
+    """What DELTA_ANALYZE keeps of distances between two nozzle positions each, mm."""
+    steps = stable(built, ends.reshape(-1, 3)).reshape(-1, 2, 3)
+    return "".join(
+        f"#*# distance{k} = {np.linalg.norm(pair[1] - pair[0]) + error:.6f}\n"
+        + "".join(
+            f"#*# distance{k}_pos{end} = {row[0]:.3f},{row[1]:.3f},{row[2]:.3f}\n"
+            for end, row in enumerate(of, 1)
+        )
+        for k, (pair, of) in enumerate(zip(ends, steps, strict=True))
+    )
+
+
+def test_distances_that_were_told_are_rows_in_pairs_and_show_the_rods_in_one_command(
+    config: Callable[[str], Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    built = BUILT | {"arm": 216.3}
+    around = np.radians(np.arange(6) * 60)
+    rim = 60 * np.column_stack([np.cos(around), np.sin(around), np.zeros(6)]) + [0, 0, 0.3]
+    ends = np.stack([np.tile([0.0, 0.0, 0.3], (6, 1)), rim], axis=1)
+    heights = "".join(
+        f"#*# height{row} = {0.3 + 0.02 * math.sin(9 * row)}\n"
+        f"#*# height{row}_pos = {a:.3f},{b:.3f},{c:.3f}\n"
+        for row, (a, b, c) in enumerate(stable(built, probed()).tolist())
+    )
+    told = heights + distances(built, ends, 0.01)
+    file = config(MAIN + SAVED + "#*# [delta_calibrate]\n" + told)
+    found = import_mechanism(file)
+    assert found.measurements is not None
+    assert found.measurements.separations is not None
+    known = np.isfinite(found.measurements.separations[:, 0])
+    np.testing.assert_allclose(found.measurements.separations[known, 0], 0.06001, atol=1e-8)
+    assert np.flatnonzero(known).tolist() == [14, 15, 16, 17, 18, 19]  # from one pillar, row 13
+    assert any("6 distances of printed objects are between two rows" in n for n in found.notes)
+    out = tmp_path / "printer"
+    assert main(["import", str(file), "--out", str(out)]) == 0
+    files = [str(out / name) for name in ("mechanism.toml", "probed.csv")]
+    assert main(["identify", *files, "--out", str(out / "calibrated")]) == 0
+    capsys.readouterr()
+    robot = symkin.load_mechanism(out / "calibrated" / "calibrated.toml")
+    rods = robot.parameters[:, robot.parameter_names.index("distal_length")]
+    np.testing.assert_allclose(rods, 0.2163, atol=3e-4)
+    radius = robot.parameters[:, robot.parameter_names.index("base_radius")]
+    np.testing.assert_allclose(radius, BUILT["radius"] * 1e-3, atol=3e-4)
+
+
+def test_distances_alone_are_rows_too_and_those_without_positions_are_left(
     config: Callable[[str], Path],
 ) -> None:
-    ends = np.array([[-30.0, 0.0, 0.2], [35.0, 0.0, 0.2]])
-    steps = stable(BUILT, ends)
-    told = "".join(
-        f"#*# distance0_pos{end} = {','.join(map(str, row))}\n"
-        for end, row in enumerate(steps.tolist(), 1)
-    )
-    saved = f"#*# [delta_calibrate]\n#*# distance0 = 65.1\n{told}"
-    found = import_mechanism(config(MAIN + SAVED + saved))
-    np.testing.assert_allclose(found.distances[:, 0], [0.0651])
-    np.testing.assert_allclose(found.distances[0, 1:], -steps.ravel() * STEP * 1e-3)
-    assert list(found.distance_columns)[:3] == ["distance_m", "from_psi_1_m", "from_psi_2_m"]
+    ends = np.array([[[-30.0, 0.0, 0.2], [35.0, 0.0, 0.2]]])
+    text = "#*# [delta_calibrate]\n" + distances(BUILT, ends) + "#*# distance1 = 60\n"
+    found = import_mechanism(config(MAIN + SAVED + text))
+    assert found.measurements is not None
+    assert found.measurements.heights is None
+    steps = stable(BUILT, ends[0])
+    np.testing.assert_allclose(found.measurements.readings, -steps * STEP * 1e-3, atol=1e-8)
+    assert found.measurements.partners is not None
+    assert found.measurements.partners.tolist() == [[0], [1]]
+    assert any(note.startswith("1 distances of printed objects are left") for note in found.notes)
 
 
 def test_an_exported_printer_leaves_what_is_probed_to_the_user(made: Callable) -> None:
