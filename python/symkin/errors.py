@@ -85,7 +85,11 @@ class TomlFileError(SymkinError):
         Line in the file, counted from 1; None when the file has no text to point at.
     key : str
         Dotted key, such as ``legs[2].base_radius``; empty for the file as a whole.
+    whole : str
+        What the file should be.
     """
+
+    whole = "a file in TOML"
 
     def __init__(self, message: str, path: Path, line: int | None = None, key: str = "") -> None:
         place = f"{path}:{line}" if line is not None else f"{path}"
@@ -98,9 +102,13 @@ class TomlFileError(SymkinError):
 class MechanismFileError(TomlFileError):
     """A mechanism file is wrong at a known place."""
 
+    whole = "a mechanism file, such as robot.toml, or the name of one that comes with symkin"
+
 
 class StudyFileError(TomlFileError):
     """The file of a study is wrong at a known place."""
+
+    whole = "the file of a study, in TOML"
 
 
 def printable(text: str) -> str:

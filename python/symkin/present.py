@@ -100,6 +100,8 @@ class Table:
         How many rows of it, 0 for all.
     others : str
         What the rows are that are not printed then.
+    about : int or None
+        A row that is printed in any case: then those are spread evenly that there is room for.
     """
 
     caption: str
@@ -109,6 +111,7 @@ class Table:
     brief: bool = False
     brief_rows: int = 0
     others: str = "more"
+    about: int | None = None
 
 
 @dataclass(frozen=True)

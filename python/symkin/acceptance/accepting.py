@@ -201,10 +201,10 @@ def _held_out(found: Estimate | None, table: Measurements) -> bool | None:
     """Refuse rows of the calibration; None if they are not known."""
     if found is None:
         return None
-    known = set(_row_digests(found.measurements))
+    known = set(row_digests(found.measurements))
     again = [
         str(row)
-        for row, digest in zip(table.row_numbers, _row_digests(table), strict=True)
+        for row, digest in zip(table.row_numbers, row_digests(table), strict=True)
         if digest in known
     ]
     if again:
@@ -216,7 +216,7 @@ def _held_out(found: Estimate | None, table: Measurements) -> bool | None:
     return True
 
 
-def _row_digests(measured: Measurements) -> list[str]:
+def row_digests(measured: Measurements) -> list[str]:
     """Of each row's pose and readings, to nine digits, as other units round them."""
     rows = np.hstack([measured.poses, measured.readings])
     return [" ".join(f"{value:.9e}" for value in row) for row in rows]

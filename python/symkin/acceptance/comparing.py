@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin import _core
+from symkin.acceptance.accepting import row_digests
 from symkin.analysis.promises import CONFIDENCE, parameter_effects, thinned
 from symkin.analysis.workspace import sample_workspace
 from symkin.errors import SymkinError
@@ -203,10 +204,13 @@ def compare(
         orientation=moves[1][0],
         position_by_noise=moves[0][1],
         orientation_by_noise=moves[1][1],
-        doubts=tuple(
-            f"the {which} calibration is doubtful: {doubt}"
-            for found, which in zip(pair, ("first", "second"), strict=True)
-            for doubt in found.doubts
+        doubts=(
+            *_same_rows(pair),
+            *(
+                f"the {which} calibration is doubtful: {doubt}"
+                for found, which in zip(pair, ("first", "second"), strict=True)
+                for doubt in found.doubts
+            ),
         ),
         pose_space=one.nominal.pose_space,
     )
@@ -237,6 +241,25 @@ def _estimate(given: Any) -> Estimate:
         return given
     found: Estimate = saved_estimate(given)
     return found
+
+
+def _same_rows(pair: list[Estimate]) -> list[str]:
+    """Say of what was measured once that it cannot have changed."""
+    one, other = (
+        [
+            digest
+            for digest, pose in zip(row_digests(taken), taken.poses, strict=True)
+            if np.isfinite(pose).any()  # since readings may be those that were commanded
+        ]
+        for taken in (found.measurements for found in pair)
+    )
+    same = len(set(one).intersection(other))
+    if not same:
+        return []
+    return [
+        f"{same} of {len(other)} rows of the second calibration are those of the first: what was "
+        "measured once shows neither a change of the robot nor noise"
+    ]
 
 
 def _shared_prior(pair: list[Estimate], names: list[str]) -> Array:

@@ -219,7 +219,12 @@ class Measured:
         said: dict[str, float] = {}
         for each in several_of(self.noise) or ():
             name, equal, text = each.partition("=")
-            value = quantity_of(text, units[name], "--noise") if equal and name in units else -1
+            known = equal and name in units
+            value = quantity_of(text, units[name], "--noise") if known else math.nan
+            if value < 0:
+                raise typer.BadParameter(
+                    f'"{each}" is negative; expected a standard deviation', param_hint="--noise"
+                )
             if not value >= 0:
                 what = '"estimate", or ' if estimates else ""
                 raise typer.BadParameter(

@@ -300,7 +300,7 @@ def _leg_sets(table: Table, columns: MeasurementColumns, leg_count: int) -> NDAr
     if columns.leg is None:
         return np.full(table.row_count, ALL_LEGS)
     table.require(columns.leg, "the leg whose set the pose belongs to")
-    return table.whole_numbers(columns.leg, 0, leg_count) - 1
+    return table.legs(columns.leg, 0, leg_count) - 1
 
 
 def _check_unread_rows(table: Table, measurements: Measurements) -> None:

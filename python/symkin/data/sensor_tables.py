@@ -44,7 +44,7 @@ def read_sensor_table(
     straight = scaled_column(table, "joint", None, reading_unit, "what a straight one would show")
     own = np.zeros(table.row_count, dtype=np.intp)
     if "leg" in table.names:
-        own = table.whole_numbers("leg", 1, legs) - 1
+        own = table.legs("leg", 1, legs) - 1
         missing = np.setdiff1d(np.arange(legs), own)
         if len(missing):
             raise table.error(

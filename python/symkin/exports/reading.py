@@ -40,7 +40,7 @@ from symkin.model.file_frames import point_parameters, polar
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import rotations_from_vectors
 from symkin.model.settings import WorkspaceSettings
-from symkin.storage.tables import file_bytes
+from symkin.storage.tables import file_bytes, kind_of_file
 from symkin.values import Value, field, record
 
 __all__ = ["Imported", "import_mechanism"]
@@ -567,6 +567,12 @@ class _Config:
             self._parser.read_string("\n".join(own), str(path))
             self._parser.read_string("\n".join(saved[begun:]), str(path))
         except configparser.Error as error:
+            other = kind_of_file(path)
+            if other:
+                raise SymkinError(
+                    f"{path}: is {other}; expected a printer.cfg, a model or a log. Tables and "
+                    "mechanism files need no import: symkin identify takes them"
+                ) from error
             reason = " ".join(str(error).split())
             raise SymkinError(f"{path}: is not a printer.cfg: {reason}") from error
         included = [name for name in self._parser.sections() if name.startswith("include ")]

@@ -68,6 +68,7 @@ from symkin.storage.toml_file import TomlSource, read_table, read_toml, table, t
 
 _Values = dict[str, Any]
 _Kind = TypeVar("_Kind", bound=Mechanism)
+_WRITTEN = ("calibrated.toml", "mechanism.toml", "robot.toml")  # by commands, into their folders
 _SECTIONS_OF_LEGS = ("reference_leg", "reference_legs", "legs")
 
 
@@ -209,10 +210,13 @@ def _located(path_or_name: str | os.PathLike[str]) -> Path:
     # even with the slash that completion adds.
     is_name = path.name == os.fspath(path_or_name).rstrip(os.sep) and path.suffix != ".toml"
     exists = os.path.exists(path)  # noqa: PTH110  # for any name, unlike Path.exists
-    if not is_name or (exists and not path.is_dir()):
+    is_folder = exists and path.is_dir()
+    names = shipped_mechanisms()
+    if is_folder and not (is_name and path.name in names):
+        raise MechanismFileError(f"is a folder; expected a mechanism file{_within(path)}", path)
+    if not is_name or (exists and not is_folder):
         return path
     shipped = shipped_folder() / f"{path}.toml"
-    names = shipped_mechanisms()
     if shipped.stem not in names:
         raise MechanismFileError(
             "is neither a file nor a shipped mechanism (see `symkin list`)"
@@ -220,6 +224,12 @@ def _located(path_or_name: str | os.PathLike[str]) -> Path:
             path,
         )
     return shipped
+
+
+def _within(folder: Path) -> str:
+    """Which file in a folder may be meant, after a sentence."""
+    found = (folder / name for name in _WRITTEN if (folder / name).is_file())
+    return "".join(f'; did you mean "{each}"?' for each in (*found,)[:1])
 
 
 def _chains(source: TomlSource, header: _Values, platform: str) -> tuple[str, ...]:

@@ -50,8 +50,8 @@ _ALL = (
     Option("scheduler", str, metavar="ADDRESS", seldom=_COMPUTING,
            help="A running Dask scheduler, whose workers compute: tcp://host:8786."),
     Option("overwrite", bool, default=False,
-           help="Replace output files that exist, or remove those of an earlier run that are not "
-                "written again; never one that is read."),
+           help="Replace the files of an earlier run, or remove those not written again; never one "
+                "that is read."),
     Option("report", bool, default=True,
            help="Draw the page, which takes about as long as all else."),
     Option("units", str, default="", metavar="UNITS",

@@ -57,7 +57,7 @@ def read_plan(source: TableSource, mechanism: MechanismGiven) -> Plan:
         raise table.error("has spares only; expected primary poses that they stand in for")
     return Plan(
         mechanism=mechanism,
-        leg_sets=table.whole_numbers("leg", 0, leg_count) - 1,
+        leg_sets=table.legs("leg", 0, leg_count) - 1,
         order=table.whole_numbers("order", 1, table.row_count),
         spare=spare,
         poses=from_drawing(mechanism, read_pose_values(table, columns).poses()),

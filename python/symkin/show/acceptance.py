@@ -12,6 +12,7 @@ from symkin.show.wording import NONE, milli, percent, plural, quantity, signific
 
 _VERDICTS: dict[str, Verdict] = {"pass": "good", "fail": "bad", "undecided": "doubtful"}
 _STANDARD_VISITS = 30
+_WORSE = 1.1  # times the error of the drawing: no longer that of a calibration which helps little
 _LINE = "_" * 24
 _SHOWN_POSES = 5
 _DIGITS = 16  # of a digest
@@ -27,7 +28,10 @@ def acceptance_page(found: Acceptance) -> Page:
         headlines=[line for judged in found.judged for line in _headlines(found, judged)],
         verdict=_VERDICTS[found.verdict],
         judgement=" ".join(_sentence(found, judged) for judged in found.judged),
-        doubts=[*dict.fromkeys(each.reason for each in found.judged if each.reason)],
+        doubts=[
+            *dict.fromkeys(each.reason for each in found.judged if each.reason),
+            *_worse_than_drawn(found),
+        ],
         notes=[*_left_out(found), *found.notes],
         one_page=True,
         sections=[
@@ -35,6 +39,20 @@ def acceptance_page(found: Acceptance) -> Page:
             Section("test", "What was tested", [_tested(found)], [_range(found), _about(found)]),
         ],
     )
+
+
+def _worse_than_drawn(found: Acceptance) -> list[str]:
+    """Why to ask whether the calibration is of this robot at all."""
+    for judged in found.judged:
+        error = judged.limits.corrected
+        if judged.verdict == "fail" and error > _WORSE * judged.before > 0:
+            return [
+                f"the drawing describes these rows better than the calibration does "
+                f"({milli(judged.before, judged.unit)}, {milli(error, judged.unit)}): was it made "
+                "of this robot, and did the device stand where it stood then? If it was set up "
+                "anew: --frames base"
+            ]
+    return []
 
 
 def _headlines(found: Acceptance, judged: Judged) -> list[Headline]:
@@ -239,7 +257,12 @@ def comparison_of_calibrations_page(found: Comparison) -> Page:
     ]
     columns = ["", "First", "Second", "Change", "Sigmas"]
     table = Table(
-        "What changed most", columns, [Group(rows)], brief=True, brief_rows=6, others="less"
+        "What changed most",
+        columns,
+        [Group(rows)],
+        brief=found.moved or found.shape_moved,
+        brief_rows=6,
+        others="less",
     )
     notes = [f"only one of the two identified {', '.join(found.left_out)}"] * bool(found.left_out)
     return Page(

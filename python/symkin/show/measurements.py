@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 
 import numpy as np
@@ -90,18 +91,28 @@ def _poses_image(measurements: Measurements, sets: Sequence[NDArray[np.float64]]
 
 def simulation_page(simulation: Simulation) -> Page:
     """Tell what was measured of a simulated robot."""
-    which = ", ".join(f"{name}: {number}" for name, number in simulation.replaced_by_set.items())
+    replaced = simulation.replaced_by_set
+    which = ", ".join(f"{name}: {number}" for name, number in replaced.items() if number)
     return Page(
         title=f"{simulation.nominal.name}: measurements of a simulated robot",
         headlines=[
             ("Poses measured", count(len(simulation.measurements.poses)), ""),
             ("Replaced by spares", count(sum(simulation.replaced)), which),
         ],
-        sections=measurements_page(simulation.measurements).sections,
+        sections=[_unprinted(each) for each in measurements_page(simulation.measurements).sections],
         next_step="identify its parameters",
         next_command=f"symkin identify {typed_name(simulation.nominal)} "
         "{folder}/measurements.csv --out identified",
     )
+
+
+def _unprinted(section: Section) -> Section:
+    """The section, of which the command line prints no table."""
+    parts = [
+        dataclasses.replace(part, brief=False) if isinstance(part, Table) else part
+        for part in section.parts
+    ]
+    return dataclasses.replace(section, parts=parts)
 
 
 def alignment_page(found: Alignment) -> Page:

@@ -366,8 +366,7 @@ def _made(basis: PlanBasis) -> list[str]:
 def pose_count_page(curve: PoseCountCurve) -> Page:
     """Describe what more poses bring."""
     mechanism, gain = curve.mechanism, f"{100 * curve.least_gain:g}{_PERCENT}"
-    (kind, unit), *_ = mechanism.space.errors
-    errors = getattr(curve, kind)
+    (kind, _), *_others = mechanism.space.errors
     enough = (
         f"From {plural(curve.enough, 'pose')} a leg on, another one saves less than {gain} of the "
         f"{kind} error"
@@ -381,14 +380,10 @@ def pose_count_page(curve: PoseCountCurve) -> Page:
         f"exceed the mean; {percent(curve.confidence)} are within the bound."
     ]
     paragraph += [] if curve.survey is None else [_survey_text(curve.survey)]
-    ends: list[Headline] = [
-        (name, milli(errors[at], unit), f"mean, {plural(int(curve.counts[at]), 'pose')} a leg")
-        for name, at in (("Fewest", 0), ("Most", -1))
-    ]
     return Page(
         title=f"{mechanism.name}: number of poses",
         subtitle=legs_in_words(mechanism.legs),
-        headlines=[("Enough", str(curve.enough or "more"), _counted_for(curve)), *ends],
+        headlines=[("Enough", str(curve.enough or "more"), _counted_for(curve))],
         verdict="doubtful" if doubts else "good",
         judgement=enough + remark,
         doubts=doubts,
@@ -399,10 +394,16 @@ def pose_count_page(curve: PoseCountCurve) -> Page:
     )
 
 
+def _place_of(curve: PoseCountCurve) -> int:
+    """Where in the curve the number stands that is enough, or the largest."""
+    counts = curve.counts.tolist()
+    return counts.index(curve.enough) if curve.enough in counts else len(counts) - 1
+
+
 def _counted_for(curve: PoseCountCurve) -> str:
     """For which design the poses were counted, and how many are measured then."""
     design = curve.settings["design"] or default_design(curve.survey)
-    told = f"poses a leg, for the design {design}"
+    told = f"poses a leg, with --design {design}"
     if curve.enough is None:
         return told
     measured = np.interp(curve.enough, curve.counts, curve.measured)
@@ -498,7 +499,7 @@ def _curve_section(curve: PoseCountCurve, *, brief: bool = True) -> Section:
     )
     efficiency = ("Efficiency", [f"{100 * each:.2f}{_PERCENT}" for each in curve.efficiency])
     share, tables = percent(curve.confidence), []
-    for of, end, told in ((share, "_bound", [efficiency]), ("mean", "", [])):
+    for of, end, told in ((share, "_bound", []), ("mean", "", [efficiency])):
         found = [
             (f"{kind.capitalize()}, {of}", [milli(each, unit) for each in values])
             for kind, unit in kinds
@@ -518,6 +519,8 @@ def _curve_section(curve: PoseCountCurve, *, brief: bool = True) -> Section:
                 [Group(rows)],
                 brief=brief and bool(end),
                 brief_rows=_COUNTED,
+                others="between",
+                about=_place_of(curve),
             )
         )
     return Section("curve", "Number of poses", [], [figure, *tables])

@@ -259,14 +259,25 @@ def _cut(table: Table, room: int) -> str:
     while limit >= min(len(rows), _LEAST_ROWS):
         told = table
         if limit < len(rows):
-            left = sum(len(row) > 1 for row in rows[limit - 1 :])
-            cut = [*rows[: limit - 1], [f"and {left} {table.others}"]]
+            at: Sequence[int] = range(limit - 1)
+            if table.about is not None:
+                at = _spread(len(rows), limit - 1, table.about)
+            left = sum(len(row) > 1 for row in rows) - sum(len(rows[each]) > 1 for each in at)
+            cut = [*(rows[each] for each in at), [f"and {left} {table.others}"]]
             told = replace(table, groups=[Group(cut)])
         text = table_text(told, _width())
         if _height(text) <= room:
             return text
         limit -= 1
     return ""
+
+
+def _spread(count: int, room: int, about: int) -> Sequence[int]:
+    """So many of `count` places, evenly, `about` among them."""
+    even = [round(each * (count - 1) / (room - 1)) for each in range(room)]
+    nearest = min(range(room), key=lambda each: abs(even[each] - about))
+    even[nearest] = about
+    return even
 
 
 def _grid(heading: list[str], rows: list[list[str]], words: int, gap: int = 2) -> str:

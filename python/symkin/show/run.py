@@ -5,6 +5,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+import numpy as np
+
 from symkin.analysis.evaluation import AlignedErrors, Evaluation
 from symkin.analysis.promises import ExpectedAccuracy
 from symkin.estimate.estimate import Estimate
@@ -13,7 +15,7 @@ from symkin.estimate.fleet import Fleet
 from symkin.files.mechanism_file import typed_name
 from symkin.pipeline import ProtocolResult
 from symkin.planning.simulation import Simulation
-from symkin.present import ErrorLine, Group, Image, Page, Section, Table, Verdict
+from symkin.present import ErrorLine, Group, Headline, Image, Page, Section, Table, Verdict
 from symkin.show.check import symmetry_section
 from symkin.show.devices import device_notes
 from symkin.show.estimate import instrument_of, judgement, parameter_section
@@ -44,7 +46,6 @@ from symkin.show.wording import (
 )
 from symkin.show.workspace import workspace_section
 
-_SHOWN = 20
 _TOLD = 5  # of a fleet's doubts, and robots of each
 
 
@@ -206,8 +207,6 @@ def fleet_page(fleet: Fleet) -> Page:
         ("Robot", "Verdict", "Why"),
         [Group(rows)],
         wordy=True,
-        brief=True,
-        brief_rows=_SHOWN,
     )
     seconds = quantity(fleet.seconds, "s")
     judgement = (
@@ -223,13 +222,14 @@ def fleet_page(fleet: Fleet) -> Page:
         subtitle=f"estimator {fleet.options.estimator}",
         headlines=[
             ("Fit", count(counts["fits"]), f"of {count(total)}"),
-            ("Doubtful", count(counts["doubtful"]), "see the table" if counts["doubtful"] else ""),
-            ("Failed", count(counts["failed"]), "see the table" if counts["failed"] else ""),
-            ("Throughput", significant(fleet.robots_per_second), f"robots a second, {seconds}"),
+            ("Doubtful", count(counts["doubtful"]), ""),
+            ("Failed", count(counts["failed"]), ""),
+            *_residuals_of(fleet),
         ],
         verdict=verdict,
         judgement=judgement,
         doubts=tuple(_doubts_of(fleet)),
+        paragraphs=[f"It took {seconds}: {significant(fleet.robots_per_second)} robots a second."],
         notes=tuple(map(str, fleet.notes)),
         sections=[
             *([Section("robots", "Robots to look at", [], [table])] if rows else []),
@@ -238,18 +238,30 @@ def fleet_page(fleet: Fleet) -> Page:
     )
 
 
+def _residuals_of(fleet: Fleet) -> Iterator[Headline]:
+    """How well the robots are described, and which of them least."""
+    known = np.flatnonzero(np.isfinite(fleet.residual_rms))
+    if len(known):
+        unit, rms = fleet.nominal.space.closure_unit, fleet.residual_rms
+        worst = known[np.argmax(rms[known])]
+        most = f"rms, median; at most {milli(rms[worst], unit)}, of {fleet.robots[worst]}"
+        yield "Closure of the legs", milli(float(np.median(rms[known])), unit), most
+
+
 def _doubts_of(fleet: Fleet) -> Iterator[str]:
     """What speaks against robots, those together against which the same does."""
     robots: dict[str, list[str]] = {}
-    for robot, doubts in zip(fleet.robots, fleet.doubts, strict=True):
+    for robot, failure, doubts in zip(fleet.robots, fleet.failures, fleet.doubts, strict=True):
+        if failure:
+            robots.setdefault(f" failed: {failure}", []).append(robot)
         for doubt in doubts:
             causes = ", or as well: ".join(each.words for each in (doubt, *doubt.others))
             said = f"likely cause: {causes}" if doubt.is_cause else causes
             remedy = "" if doubt.others else doubt.remedy
-            robots.setdefault("; ".join(filter(None, (said, remedy))), []).append(robot)
+            robots.setdefault(f": {'; '.join(filter(None, (said, remedy)))}", []).append(robot)
     told = sorted(robots.items(), key=lambda each: -len(each[1]))
     for said, who in told[:_TOLD]:
-        yield f"{few(who, _TOLD)}: {said}"
+        yield f"{few(who, _TOLD)}{said}"
     if len(told) > _TOLD:
         yield f"{len(told) - _TOLD} more; the table says them"
 

@@ -13,7 +13,7 @@ from typing import Any
 from symkin.errors import ResultsError
 from symkin.options import checks
 from symkin.storage.output_files import OutputFiles
-from symkin.storage.tables import file_bytes
+from symkin.storage.tables import file_bytes, kind_of_file
 from symkin.values import plain
 
 SCHEMA_VERSION = 2
@@ -66,6 +66,12 @@ def read_results(path: str | os.PathLike[str]) -> dict[str, Any]:
     try:
         document: Any = json.loads(data)
     except json.JSONDecodeError as error:
+        other = kind_of_file(path)
+        if other and path.suffix.lower() != ".json":
+            raise ResultsError(
+                f"{path}: is {other}; expected a folder that a command wrote with --out, or the "
+                f"JSON file in it{_beside(path)}"
+            ) from error
         raise ResultsError(f"{path}:{error.lineno}: is not valid JSON: {error.msg}") from error
     except UnicodeDecodeError as error:
         raise ResultsError(f"{path}: cannot be read: {error}") from error
@@ -78,6 +84,11 @@ def read_results(path: str | os.PathLike[str]) -> dict[str, Any]:
             f"{reprlib.repr(version)}{_remedy(version)}"
         )
     return {name: value for name, value in document.items() if name != "schema"}
+
+
+def _beside(path: Path) -> str:
+    """Where the result of a folder is, of which another file was given; after a sentence."""
+    return f'; did you mean "{path.parent}"?' if (path.parent / "results.json").is_file() else ""
 
 
 def _remedy(version: object) -> str:

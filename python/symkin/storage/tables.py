@@ -46,6 +46,10 @@ _SPECIAL = frozenset(',"\r\n')  # of CSV
 _GZIP = b"\x1f\x8b"
 _MOST_BYTES = 1_000_000_000  # of what was compressed
 _Column = Column | str  # or what else it holds
+_OTHER_FILES = {
+    ".csv": "a table", ".tsv": "a table", ".parquet": "a table", ".pq": "a table",
+    ".toml": "a mechanism file or another in TOML", ".json": "a result in JSON", ".html": "a page",
+}  # fmt: skip
 
 
 class Table:
@@ -193,6 +197,19 @@ class Table:
             )
         return values.astype(np.intp)
 
+    def legs(self, name: str, least: int, count: int) -> NDArray[np.intp]:
+        """Return a column of legs of a mechanism with so many, counted from 1, shape (N,)."""
+        values = self.numbers(name)
+        beyond = (values > count) & (values == np.round(values))
+        if beyond.any():
+            index = int(np.argmax(beyond))
+            raise self.row_error(
+                index,
+                f'has {values[index]:g} in column "{name}", and the mechanism has {count} legs; '
+                f"expected a whole number from {least} to {count}: is the table another robot's?",
+            )
+        return self.whole_numbers(name, least, count)
+
     def words(self, name: str, allowed: Sequence[str]) -> list[str]:
         """Return a column of words out of a few."""
         column = self._cells(name)
@@ -262,6 +279,8 @@ def _read(source: TableSource) -> Table:
         path = Path(source)
         name = str(path)
         data = file_bytes(path, lambda message: MeasurementError(f"{name}: {message}"))
+        if (kind := kind_of_file(path)) not in ("", "a table"):
+            raise MeasurementError(f"{name}: is {kind}; expected a table, such as measured.csv")
     elif hasattr(source, "read"):
         path, name = None, f"{getattr(source, 'name', 'the stream')}"
         try:
@@ -318,6 +337,11 @@ def csv_text(columns: Mapping[str, Any]) -> str:
     cells = [[_cell(value) for value in np.asarray(each).tolist()] for each in columns.values()]
     lines = [",".join(columns), *map(",".join, zip(*cells, strict=True))]
     return "\n".join(lines) + "\n"
+
+
+def kind_of_file(path: Path) -> str:
+    """What a file of symkin is by its name, or an empty string."""
+    return _OTHER_FILES.get(path.suffix.lower(), "")
 
 
 def file_bytes(path: Path, error: Callable[[str], SymkinError], most: int | None = None) -> bytes:

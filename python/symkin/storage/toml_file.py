@@ -20,7 +20,7 @@ from symkin.errors import (
     did_you_mean,
 )
 from symkin.storage.quantities import evaluate_quantity
-from symkin.storage.tables import file_bytes
+from symkin.storage.tables import file_bytes, kind_of_file
 
 KeyPath = tuple[str | int, ...]
 _Value = TypeVar("_Value")
@@ -82,6 +82,9 @@ def read_toml(path: Path, kind: type[TomlFileError] = MechanismFileError) -> Tom
     try:
         return TomlSource(path, text, tomllib.loads(text), kind)
     except (ValueError, RecursionError) as error:
+        other = kind_of_file(path)
+        if other and path.suffix.lower() != ".toml":
+            raise kind(f"is {other}; expected {kind.whole}", path) from error
         reason, _, place = str(error).partition(" (at ")
         line: int | None = None
         if number := re.match(r"line (\d+)", place):

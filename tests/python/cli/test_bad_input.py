@@ -121,6 +121,29 @@ def test_wrong_measurements_are_refused(
     assert not (tmp_path / "out").exists()
 
 
+def test_a_file_of_another_kind_is_named_and_what_was_expected(
+    refused: Callable, protocol: Path, tmp_path: Path
+) -> None:
+    table, robot, page = (protocol / f"{each}" for each in (
+        "measurements.csv", "calibrated.toml", "report.html"
+    ))  # fmt: skip
+    mechanism = "expected a mechanism file, such as robot.toml"
+    refused("identify", table, "3RRR", words=f"measurements.csv: is a table; {mechanism}")
+    refused("check", page, words=f"report.html: is a page; {mechanism}")
+    refused(
+        "check", protocol, words=f'is a folder; expected a mechanism file; did you mean "{robot}"'
+    )
+    for measured in (robot, page, protocol / "results.json"):
+        refused("identify", "3RRR", measured, words="; expected a table, such as measured.csv")
+    told = f'with --out, or the JSON file in it; did you mean "{protocol}"?'
+    refused("show", robot, words=told)
+    refused("compare", protocol, table, words=told)
+    into = ("--out", tmp_path / "imported")
+    refused("import", table, *into, words="measurements.csv: is a table; expected a printer.cfg")
+    noise = ("--noise", "position=-1mm")
+    refused("identify", "3RRR", table, *noise, words='"position=-1mm" is negative')
+
+
 def test_fewer_poses_than_parameters_are_refused(
     refused: Callable, protocol: Path, tmp_path: Path
 ) -> None:

@@ -25,10 +25,14 @@ def commands(protocol: Path, out: Path) -> dict[str, tuple[object, ...]]:
         "evaluate": ("evaluate", calibrated, "--measurements", measured, *quick),
         "run": ("run", "3RRR", *SMALL, *quick),
         "pose-count": ("pose-count", "3RRR", *SMALL, *quick),
+        "simulate": ("simulate", "3RRR", "--plan", protocol / "plan.csv", "--out", out),
+        "identify-batch": ("identify-batch", "3RRR", measured, protocol / "none.csv", *quick),
+        "compare": ("compare", protocol, protocol, *quick),
+        "accept": ("accept", calibrated, measured, "--tolerance", "0.2mm", *quick),
     }
 
 
-@pytest.mark.parametrize("name", ["check", "plan", "identify", "evaluate", "run", "pose-count"])
+@pytest.mark.parametrize("name", commands(Path(), Path()))
 def test_a_first_screen_has_at_most_25_lines_of_80_columns(
     symkin: Callable, protocol: Path, tmp_path: Path, name: str
 ) -> None:
@@ -36,6 +40,40 @@ def test_a_first_screen_has_at_most_25_lines_of_80_columns(
     assert len(lines) <= 25
     pasted = ("  symkin ", "Next: symkin ", "/")  # commands and paths stay on one line
     assert [line for line in lines if len(line) > 80 and not line.startswith(pasted)] == []
+
+
+def test_the_number_of_poses_that_is_enough_is_among_those_shown(symkin: Callable) -> None:
+    shown = symkin("pose-count", "3RRR", *SMALL, "--no-report").out
+    enough = re.search(r"^Enough +(\d+) ", shown, re.MULTILINE)
+    assert enough
+    counts = [int(line.split()[0]) for line in shown.splitlines() if re.match(r"\d+ +\d+ ", line)]
+    assert int(enough[1]) in counts
+    assert counts == sorted(counts)
+    assert counts[0] == 8
+    assert max(counts) == 80
+    assert re.search(r"^and \d+ between$", shown, re.MULTILINE)
+
+
+def test_a_calibration_of_another_robot_is_doubted_where_its_drawing_is_nearer(
+    symkin: Callable, protocol: Path, tmp_path: Path
+) -> None:
+    other = ("simulate", "3RRR", "--plan", protocol / "plan.csv", "--seed", 5, "--out", tmp_path)
+    assert symkin(*other).code == 0
+    tested = ("accept", protocol, tmp_path / "measurements.csv", "--tolerance", "0.1mm")
+    told = symkin(*tested)
+    assert told.code == 1
+    assert "Doubt: the drawing describes these rows better than the calibration" in told.words
+    own = ("--actual", protocol / "actual.toml", "--overwrite")
+    assert symkin(*other, *own).code == 0
+    assert "the drawing describes" not in symkin(*tested).words
+
+
+def test_a_comparison_says_which_rows_both_calibrations_have(
+    symkin: Callable, protocol: Path
+) -> None:
+    told = symkin("compare", protocol, protocol).words
+    assert "Doubt: 30 of 30 rows of the second calibration are those of the first" in told
+    assert "What changed most" not in told
 
 
 def test_run_identify_and_evaluate_tell_errors_in_the_same_columns(

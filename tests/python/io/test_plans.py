@@ -60,7 +60,7 @@ def test_a_plan_names_its_columns_with_units(tmp_path: Path, paper: Mechanism, p
     ("old", "new", "words"),
     [
         ("leg,order", "leg,place", 'column "order" .the place in the set. is missing'),
-        ("\n2,", "\n5,", 'row 6 has 5 in column "leg"; expected a whole number from 0 to 3'),
+        ("\n2,", "\n5,", 'row 6 has 5 in column "leg", and the mechanism has 3'),
         (",spare,", ",extra,", 'row 5 has "extra" in column "role"; expected primary or spare'),
         ("psi_2_rad", "psi_4_rad", "row 2 has no reading of leg 2"),
         ("phi_rad", "fi_rad", 'column "phi_rad"'),

@@ -236,7 +236,10 @@ def test_steps_are_counted_in_the_table_too():
         ("reading_mm,joint_deg\n0,0\n1,1\n", 'column "reading_mm" .* expected an angle'),
         ("reading_deg,truth_deg\n0,0\n1,1\n", 'column "joint_rad" .* is missing'),
         ("leg,reading_deg,joint_deg\n1,0,0\n1,1,1\n3,0,0\n3,1,1\n", "no rows of leg 2"),
-        ("leg,reading_deg,joint_deg\n4,0,0\n4,1,1\n", "has 4 in column .leg.; expected .* 1 to 3"),
+        (
+            "leg,reading_deg,joint_deg\n4,0,0\n4,1,1\n",
+            "has 4 in column .leg., and .* expected .* 1 to 3",
+        ),
         (None, "t.csv: no such file"),
     ],
 )
