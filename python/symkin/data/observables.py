@@ -30,7 +30,6 @@ __all__ = [
     "TURN_AXIS",
     "Circumstance",
     "Observable",
-    "Sizes",
     "words_between_rows",
     "words_with",
 ]
