@@ -16,7 +16,6 @@ constexpr int kUpdatesKept = 32;
 
 void Information::reset(RowMatrix matrix) {
   matrix_ = std::move(matrix);
-  work_.resize(matrix_.rows());
   refresh();
 }
 
@@ -34,20 +33,24 @@ void Information::refresh() {
 }
 
 void Information::add(const double* rows, Index count, double weight, Products* products) {
+  work_.resize(count, matrix_.rows());
+  Vector scale(count);
   for (Index row = 0; row < count; ++row) {
     const Eigen::Map<const Vector> x(rows + row * matrix_.rows(), matrix_.rows());
-    work_.noalias() = inverse_ * x;
-    const double pivot = 1 + weight * x.dot(work_);
+    Eigen::Map<Vector> work(work_.row(row).data(), matrix_.rows());
+    work.noalias() = inverse_ * x;
+    const double pivot = 1 + weight * x.dot(work);
+    scale[row] = -weight / pivot;
     matrix_.noalias() += (weight * x) * x.transpose();
-    if (products != nullptr) {
-      products->update(work_, -weight / pivot);
-    }
     if (!positive_definite_ || ++updates_ > kUpdatesKept || !(pivot > kSmallestPivot)) {
       refresh();
       continue;
     }
-    inverse_.noalias() -= (weight / pivot * work_) * work_.transpose();
+    inverse_.noalias() += (scale[row] * work) * work.transpose();
     log_det_ += std::log(pivot);
+  }
+  if (products != nullptr) {
+    products->update(work_, scale);
   }
 }
 

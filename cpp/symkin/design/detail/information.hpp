@@ -40,7 +40,8 @@ class Products {
   explicit Products(const ColumnBlocks& candidates);  // which must outlive it
 
   void compute(const RowMatrix& factor);                 // A = T^T T, T lower triangular
-  void update(const Vector& u, double scale);            // += scale (C_j u) (C_j u)^T
+  // += the sum of scale_k (C_j u_k) (C_j u_k)^T, u_k a row of u.
+  void update(const RowMatrix& u, const Vector& scale);
   void set(Index candidate, const RowMatrix& products);  // r x r
   void hide(Index candidate);                            // until it is set or all computed
   double trace(Index candidate) const { return trace_[candidate]; }  // d_j; negative if hidden
@@ -89,7 +90,7 @@ class Information {
   void refresh();
 
   RowMatrix matrix_, inverse_;
-  Vector work_;
+  RowMatrix work_;
   double log_det_ = 0;
   int updates_ = 0;
   bool positive_definite_ = false;

@@ -70,10 +70,13 @@ void Products::compute(const RowMatrix& factor) {
   product_kernels().find_largest(trace_.data(), group_max_.data(), size_of(group_max_));
 }
 
-void Products::update(const Vector& u, double scale) {
+// Block by block, so that each comes from memory once.
+void Products::update(const RowMatrix& u, const Vector& scale) {
   for (Index b = 0; b < x_.blocks(); ++b) {
-    product_kernels().add_squares(x_.block(b), x_.shape(), u.data(), u.size(), scale, gram(b),
-                                  trace_.data() + b * kBlock);
+    for (Index k = 0; k < u.rows(); ++k) {
+      product_kernels().add_squares(x_.block(b), x_.shape(), u.row(k).data(), u.cols(), scale[k],
+                                    gram(b), trace_.data() + b * kBlock);
+    }
   }
   product_kernels().find_largest(trace_.data(), group_max_.data(), size_of(group_max_));
 }
