@@ -39,7 +39,7 @@ class Products {
  public:
   explicit Products(const ColumnBlocks& candidates);  // which must outlive it
 
-  void compute(const RowMatrix& factor);                 // A = T^T T, T lower triangular
+  void compute(const RowMatrix& factor);  // A = T^T T, T lower triangular
   // += the sum of scale_k (C_j u_k) (C_j u_k)^T, u_k a row of u.
   void update(const RowMatrix& u, const Vector& scale);
   void set(Index candidate, const RowMatrix& products);  // r x r
