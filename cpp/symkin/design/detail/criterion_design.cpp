@@ -130,10 +130,25 @@ class DesignSearch {
         weights_.push_back(0);
       }
     }
-    for (std::size_t j = outer_.size(); j < active_.size(); ++j) {
-      rows_.push_back(problem_.candidates.rows(active_[j]));
-      outer_.push_back(product(rows_[j].transpose(), rows_[j]));
+    const Index p = information_.rows();
+    const Index before = size_of(rows_);
+    squares_.conservativeResize(size_of(active_), p * (p + 1) / 2);
+    for (Index j = before; j < size_of(active_); ++j) {
+      rows_.push_back(problem_.candidates.rows(at(active_, j)));
+      squares_.row(j) = lower_triangle(square_of(j), 1).transpose();
     }
+  }
+
+  RowMatrix square_of(Index j) const { return product(at(rows_, j).transpose(), at(rows_, j)); }
+
+  // By rows; what stands beside the diagonal times a factor.
+  static Vector lower_triangle(const RowMatrix& matrix, double beside) {
+    Vector result(matrix.rows() * (matrix.rows() + 1) / 2);
+    for (Index a = 0, first = 0; a < matrix.rows(); first += ++a) {
+      result.segment(first, a) = beside * matrix.row(a).head(a).transpose();
+      result[first + a] = matrix(a, a);
+    }
+    return result;
   }
 
   void reach(const Indices& chosen) {
@@ -166,35 +181,34 @@ class DesignSearch {
   void improve() {
     for (int step = 0; step < kSteps; ++step) {
       check_interrupt();
-      const RowMatrix gradient = gradient_at(information_);
-      std::size_t giver = active_.size();
-      std::size_t taker = active_.size();
+      const Vector gains = squares_ * lower_triangle(gradient_at(information_), 2);
+      Index giver = size_of(active_);
+      Index taker = giver;
       double least = kInfinity;
       double most = -least;
-      for (std::size_t j = 0; j < active_.size(); ++j) {
-        const double gain = gradient.cwiseProduct(outer_[j]).sum();
-        if (weights_[j] > 0 && gain < least) {
-          least = gain;
+      for (Index j = 0; j < gains.size(); ++j) {
+        if (at(weights_, j) > 0 && gains[j] < least) {
+          least = gains[j];
           giver = j;
         }
-        if (weights_[j] < 1 && gain > most) {
-          most = gain;
+        if (at(weights_, j) < 1 && gains[j] > most) {
+          most = gains[j];
           taker = j;
         }
       }
       if (!(most - least > kLeastGain)) {
         return;
       }
-      const RowMatrix direction = outer_[taker] - outer_[giver];
-      const double limit = std::min(weights_[giver], 1 - weights_[taker]);
+      const RowMatrix direction = square_of(taker) - square_of(giver);
+      const double limit = std::min(at(weights_, giver), 1 - at(weights_, taker));
       const double moved = criterion() == Criterion::expected_error
-                               ? best_step(error_falls(rows_[taker], rows_[giver]), limit)
+                               ? best_step(error_falls(at(rows_, taker), at(rows_, giver)), limit)
                                : best_step(criterion_rises(direction), limit);
       if (moved <= 0) {
         return;
       }
-      weights_[giver] -= moved;
-      weights_[taker] += moved;
+      at(weights_, giver) -= moved;
+      at(weights_, taker) += moved;
       information_ += moved * direction;
     }
   }
@@ -238,8 +252,9 @@ class DesignSearch {
   const Problem& problem_;
   const SelectionOptions options_;
   Indices active_;
-  std::vector<double> weights_;          // of the active candidates, in [0, 1]
-  std::vector<RowMatrix> rows_, outer_;  // of the active candidates: C, C^T C
+  std::vector<double> weights_;  // of the active candidates, in [0, 1]
+  std::vector<RowMatrix> rows_;  // of the active candidates: C
+  RowMatrix squares_;            // the lower triangle of C^T C, a row a candidate
   RowMatrix information_;
   double sharpness_ = kFirstSharpness;
   double reached_ = 0;  // the largest value of a selection so far
