@@ -6,6 +6,7 @@ from __future__ import annotations
 import contextlib
 import os
 import sys
+import time
 import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -16,6 +17,7 @@ from typing import Annotated, Any, NoReturn
 import typer
 
 from symkin.errors import FailedFitError, SymkinError, printable
+from symkin.estimate.evidence.watching import watched_search
 from symkin.options import OPTIONS
 from symkin.results import Result
 from symkin.show.rendering import files_text
@@ -23,6 +25,7 @@ from symkin.storage.results_file import results_text, write_results
 
 _NOT_CONVERGED, _BAD_INPUT, _INTERRUPTED, _BROKEN_PIPE = 1, 2, 130, 141
 _LONGEST = 500
+_LONG = 1.0  # seconds, after which it is said what takes so long
 
 JsonOption = Annotated[
     bool, typer.Option("--json", help="Print one JSON document instead of text.")
@@ -98,6 +101,21 @@ def progress() -> Iterator[Callable[[str], None]]:
 
     with Console(stderr=True).status("starting") as status:
         yield status.update
+
+
+@contextmanager
+def searching(stage: Callable[[str], None]) -> Iterator[None]:
+    """Show the search for what is wrong once it takes long; Ctrl-C ends it, and not the command."""
+    begun = time.monotonic()
+
+    def tell(tried: int) -> None:
+        if time.monotonic() - begun > _LONG:
+            stage(
+                f"looking for the cause: {tried} tried (Ctrl-C ends this, and keeps the estimate)"
+            )
+
+    with watched_search(tell):
+        yield
 
 
 @contextmanager

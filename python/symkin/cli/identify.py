@@ -13,7 +13,14 @@ import typer
 import symkin
 from symkin.analysis.alignment import poses_of_columns, poses_of_mechanism
 from symkin.analysis.probing import with_printed_length
-from symkin.cli.console import Telling, not_converged, print_result, progress, write_result
+from symkin.cli.console import (
+    Telling,
+    not_converged,
+    print_result,
+    progress,
+    searching,
+    write_result,
+)
 from symkin.cli.options import (
     CandidatesOption,
     ClockOffsetOption,
@@ -165,6 +172,7 @@ def identify(
         with (
             _correcting(nominal, out, inputs, overwrite=overwrite),
             OutputFiles(inputs, overwrite) as outputs,
+            searching(stage),
         ):
             names = (*Estimate.SOMETIMES, *Estimate.FILES)
             target = outputs.folder(out, *names) if out else None
@@ -184,6 +192,8 @@ def identify(
                 confidence=share,
                 noise=by.estimated,
             )
+            stage("looking for what speaks against it")
+            _ = found.doubts  # which are found when they are asked for, and kept
             if cross_validate is not None:
                 stage("cross-validating")
                 found = found.cross_validated(cross_validate, seed, blocks=cross_validate_blocks)

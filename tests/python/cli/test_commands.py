@@ -337,6 +337,24 @@ def test_identify_writes_the_table_as_its_likely_cause_corrects_it(
         np.testing.assert_allclose(again.readings, sound.readings)
 
 
+def test_an_interrupted_search_for_causes_loses_no_estimate(
+    symkin: Callable, protocol: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    robot = library.load_mechanism("3RRR")
+    sound = library.read_measurements(protocol / "measurements.csv", robot)
+    wrong = library.Measurements.of(sound.poses, sound.readings * [1, -1, 1], sound.leg_sets)
+    wrong.save(tmp_path / "wrong.csv", robot)
+
+    def interrupted(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("symkin.estimate.evidence.examine.hypotheses_of", interrupted)
+    into = ("--no-report", "--out", tmp_path / "out")
+    told = symkin("identify", "3RRR", tmp_path / "wrong.csv", *into)
+    assert "Ctrl-C ended the search for a cause" in told.words
+    assert (tmp_path / "out" / "calibrated.toml").exists()
+
+
 def test_a_refusal_writes_the_table_as_its_likely_cause_corrects_it(
     symkin: Callable, tmp_path: Path
 ) -> None:

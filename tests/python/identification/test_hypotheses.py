@@ -15,6 +15,7 @@ from symkin.estimate.evidence.corrections import Budget, hypotheses_of
 from symkin.estimate.evidence.edits import in_modes
 from symkin.estimate.evidence.fit_checks import unexplained_rows
 from symkin.estimate.evidence.trial import Correction
+from symkin.estimate.evidence.watching import watched_search
 from symkin.estimate.options import EstimateOptions
 from symkin.model.settings import Frames, NoiseSettings
 from symkin.present import asked_by
@@ -204,6 +205,36 @@ def test_a_first_look_has_enough_to_judge_by(monkeypatch, name, observed, least)
     tried = hypotheses_of(arm, taken, EstimateOptions())
     assert told(tried[0].cause) == [("opposite-sign", (1,))]
     assert min(looks) == least
+
+
+def test_a_watched_search_that_is_interrupted_keeps_the_estimate(paper, plan, monkeypatch):
+    sound = symkin.simulate(paper, plan, seed=3).measurements
+    wrong = replace(sound, readings=sound.readings * [1, -1, 1])
+    counted = []
+
+    def interrupt(count):
+        counted.append(count)
+        if count == 3:
+            raise KeyboardInterrupt
+
+    with watched_search(interrupt):
+        found = symkin.identify(paper, wrong)
+        assert [each.is_cause for each in found.doubts][:2] == [False, False]
+    assert counted == [1, 2, 3]
+    assert found.doubts[0].code == "search-ended"
+    assert [each.code for each in symkin.identify(paper, wrong).doubts] == ["opposite-sign"]
+
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("symkin.estimate.evidence.examine.tests_of", interrupted)
+    with watched_search(lambda _: None):
+        found = symkin.identify(paper, sound)
+        assert [each.code for each in found.doubts] == ["tests-ended"]
+    monkeypatch.undo()
+    monkeypatch.setattr(Correction, "fit", interrupted)
+    with pytest.raises(KeyboardInterrupt):  # since nobody watches, it is the script's
+        _ = symkin.identify(paper, wrong).doubts
 
 
 def test_two_mistakes_at_once_are_named_in_the_order_of_their_correction(paper, plan):

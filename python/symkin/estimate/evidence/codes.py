@@ -89,6 +89,13 @@ CAUSES: Mapping[str, Code] = {
 
 DOUBTS: Mapping[str, Code] = {
     **CAUSES,
+    "search-ended": Code(
+        "Ctrl-C ended the search for a cause: that none is named says nothing", "identify again"
+    ),
+    "tests-ended": Code(
+        "Ctrl-C ended the tests, so it is not known what else speaks against the estimate",
+        "identify again",
+    ),
     # Too little was measured.
     "parameters-alike": Code(
         "{legs}: the poses hardly tell its parameters apart (condition number {size:.3g})",

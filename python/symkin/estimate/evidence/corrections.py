@@ -25,6 +25,7 @@ from symkin.estimate.evidence.edits import corrections_of, pairs_of
 from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.evidence.screen import Screen, ShortList
 from symkin.estimate.evidence.trial import LITTLE, SECOND, Correction, Statement, per_degree
+from symkin.estimate.evidence.watching import is_watched
 from symkin.estimate.options import EstimateOptions
 from symkin.estimate.problem import observed_count
 from symkin.model.mechanism import Mechanism
@@ -139,7 +140,13 @@ def explained(
     except SymkinError as error:
         # What is refused before anything is fitted says why itself.
         fitted = isinstance(error, (FailedFitError, NotIdentifiableError))
-        tried = hypotheses_of(mechanism, measurements, options, by_leg=by_leg) if fitted else ()
+        try:
+            tried = hypotheses_of(mechanism, measurements, options, by_leg=by_leg) if fitted else ()
+        except KeyboardInterrupt:
+            if not is_watched():
+                raise
+            error.args = (f"{error}; Ctrl-C ended the search for a cause",)
+            raise error from None
         cause = likely_cause(tried)
         if cause is None:
             raise

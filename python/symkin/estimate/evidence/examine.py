@@ -56,6 +56,7 @@ from symkin.estimate.evidence.sessions import (
     shift_is_shown,
     shift_that_explains,
 )
+from symkin.estimate.evidence.watching import is_watched
 from symkin.estimate.evidence.wider import Alternative, alternatives_of, doubts_of_models
 from symkin.estimate.fit import by_leg
 from symkin.estimate.found import Found
@@ -123,6 +124,17 @@ def noticed(
 
     Rows that stand there twice are not independent: then what is tested is an estimate without.
     """
+    try:
+        return _without_copies(found, alternatives, model)
+    except KeyboardInterrupt:
+        if not is_watched():
+            raise
+        return Noticed((*copies(found), Doubt("tests-ended")), (), (), ())
+
+
+def _without_copies(
+    found: Found, alternatives: Callable[[], Sequence[Alternative]], model: Fitting
+) -> Noticed:
     copied, size = list(copies(found)), list(doubts_of_size(found))
     if not copied:
         return _noticed(found, size, alternatives, model)
@@ -214,6 +226,16 @@ def _all_is_far_off(found: Found) -> bool:
 
 def judged(estimate: Found, what: Noticed) -> Evidence:
     """Look for a cause of what was noticed; what it does to the estimate is not told beside it."""
+    try:
+        return _judged(estimate, what)
+    except KeyboardInterrupt:
+        if not is_watched():
+            raise
+        told = (Doubt("search-ended"), *what.lasting, *what.symptoms)
+        return Evidence(told, (), complete=True)
+
+
+def _judged(estimate: Found, what: Noticed) -> Evidence:
     found, doubts = what.rest or estimate, (*what.lasting, *what.symptoms)
     cause: Doubt | None = None
     tried: tuple[Hypothesis, ...] = ()

@@ -17,6 +17,7 @@ from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError
 from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.evidence.measured import Taken, nearer_other_root
+from symkin.estimate.evidence.watching import looked
 from symkin.estimate.options import EstimateOptions
 from symkin.estimate.problem import Problem, layout_of
 from symkin.estimate.unknowns import Layout
@@ -105,6 +106,7 @@ class Correction(NamedTuple):
         self, steps: int, *, whole: bool = True, start: Array | None = None
     ) -> _core.JointFit | None:
         """With tolerances as priors; None where that has no solution, or not the `whole` of it."""
+        looked()
         try:
             fit = self.model.problem(self.measurements, steps).fit(start=start)
         except SymkinError:
