@@ -38,6 +38,9 @@ void bind_quadratic_form(py::module_& module) {
           py::arg("values"), ReleaseGil())
       .def("quantile", &QuadraticForm::quantile, py::arg("probability"),
            py::arg("noise_degrees") = symkin::kNoiseKnown, ReleaseGil());
+  module.def("mixed_quantile", &symkin::mixed_quantile, py::arg("mean_square"),
+             py::arg("covariances"), py::arg("probability"),
+             py::arg("noise_degrees") = symkin::kNoiseKnown, ReleaseGil());
 }
 
 void bind_effects(py::module_& module) {
@@ -45,12 +48,12 @@ void bind_effects(py::module_& module) {
              py::arg("by_frames"), ReleaseGil());
   module.def(
       "largest_error",
-      [](ConstRows effects, Index rows_per_pose, ConstRows covariance, double probability,
+      [](ConstRows effects, Index rows_per_pose, ConstRows covariances, double probability,
          double noise_degrees, Index poses, Index draws) {
-        return symkin::largest_error(effects, rows_per_pose, covariance,
+        return symkin::largest_error(effects, rows_per_pose, covariances,
                                      {probability, noise_degrees, poses, draws});
       },
-      py::arg("effects"), py::arg("rows_per_pose"), py::arg("covariance"), py::arg("probability"),
+      py::arg("effects"), py::arg("rows_per_pose"), py::arg("covariances"), py::arg("probability"),
       py::arg("noise_degrees") = symkin::kNoiseKnown,
       py::arg("poses") = symkin::LargestErrorOptions().poses,
       py::arg("draws") = symkin::LargestErrorOptions().draws, ReleaseGil());

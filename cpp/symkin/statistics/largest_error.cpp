@@ -19,18 +19,20 @@ namespace {
 constexpr std::uint64_t kSeed = 20;
 constexpr Index kBlock = 500;  // draws that are held together
 
-void check(ConstRows effects, Index rows_per_pose, ConstRows covariance,
+void check(ConstRows effects, Index rows_per_pose, ConstRows covariances,
            const LargestErrorOptions& options) {
   if (rows_per_pose < 1 || effects.rows() % rows_per_pose != 0 || effects.rows() == 0) {
     throw InvalidInput("there are " + std::to_string(effects.rows()) + " rows of effects, " +
                        std::to_string(rows_per_pose) + " a pose; expected those of some poses");
   }
-  if (covariance.rows() != effects.cols() || covariance.cols() != effects.cols()) {
-    throw InvalidInput("the covariance is " + std::to_string(covariance.rows()) + " x " +
-                       std::to_string(covariance.cols()) + "; expected " +
-                       std::to_string(effects.cols()) + " x " + std::to_string(effects.cols()));
+  if (covariances.rows() == 0 || covariances.rows() % effects.cols() != 0 ||
+      covariances.cols() != effects.cols()) {
+    throw InvalidInput("the covariance is " + std::to_string(covariances.rows()) + " x " +
+                       std::to_string(covariances.cols()) + "; expected " +
+                       std::to_string(effects.cols()) + " x " + std::to_string(effects.cols()) +
+                       ", or several of them one below the other");
   }
-  if (!effects.allFinite() || !covariance.allFinite()) {
+  if (!effects.allFinite() || !covariances.allFinite()) {
     throw InvalidInput("effects or a covariance are not finite");
   }
   if (!(options.probability > 0 && options.probability < 1) || options.poses < 1 ||
@@ -41,7 +43,7 @@ void check(ConstRows effects, Index rows_per_pose, ConstRows covariance,
   }
 }
 
-// E_j L of the poses with the largest mean squares, one below the other.
+// E_j of the poses with the largest mean squares, one below the other.
 RowMatrix worst_poses(ConstRows effects, Index rows_per_pose, ConstRows covariance, Index wanted) {
   const RowMatrix moves = product(effects, lower_root(covariance).transpose());
   const Index count = moves.rows() / rows_per_pose;
@@ -54,18 +56,17 @@ RowMatrix worst_poses(ConstRows effects, Index rows_per_pose, ConstRows covarian
   std::stable_sort(order.begin(), order.end(),
                    [&](Index a, Index b) { return trace[a] > trace[b]; });
   order.resize(static_cast<std::size_t>(std::min(wanted, count)));
-  RowMatrix worst(static_cast<Index>(order.size()) * rows_per_pose, moves.cols());
+  RowMatrix worst(static_cast<Index>(order.size()) * rows_per_pose, effects.cols());
   for (std::size_t k = 0; k < order.size(); ++k) {
     worst.middleRows(static_cast<Index>(k) * rows_per_pose, rows_per_pose) =
-        moves.middleRows(order[k] * rows_per_pose, rows_per_pose);
+        effects.middleRows(order[k] * rows_per_pose, rows_per_pose);
   }
   return worst;
 }
 
-// The largest squared error of each draw, ascending.
-std::vector<double> largest_squares(const RowMatrix& moves, Index rows_per_pose, Index draws) {
-  std::vector<double> largest;
-  Random random(kSeed);
+// Adds the largest squared error of each draw.
+void draw(const RowMatrix& moves, Index rows_per_pose, Index draws, Random& random,
+          std::vector<double>& largest) {
   RowMatrix normals;
   for (Index first = 0; first < draws; first += kBlock) {
     check_interrupt();
@@ -81,6 +82,21 @@ std::vector<double> largest_squares(const RowMatrix& moves, Index rows_per_pose,
       }
       largest.push_back(most);
     }
+  }
+}
+
+// The largest squared errors, ascending: as many draws of each covariance, in all those wanted.
+std::vector<double> largest_squares(ConstRows effects, Index rows_per_pose, ConstRows covariances,
+                                    const LargestErrorOptions& options) {
+  const RowMatrix worst =
+      worst_poses(effects, rows_per_pose, mean_covariance(covariances), options.poses);
+  const Index count = covariances.rows() / covariances.cols();
+  const Index draws = (options.draws + count - 1) / count;
+  std::vector<double> largest;
+  Random random(kSeed);
+  for (Index first = 0; first < covariances.rows(); first += covariances.cols()) {
+    const RowMatrix root = lower_root(covariances.middleRows(first, covariances.cols()));
+    draw(product(worst, root.transpose()), rows_per_pose, draws, random, largest);
   }
   std::sort(largest.begin(), largest.end());
   return largest;
@@ -124,11 +140,10 @@ double over_noise(const std::vector<double>& squares, const LargestErrorOptions&
 
 }  // namespace
 
-double largest_error(ConstRows effects, Index rows_per_pose, ConstRows covariance,
+double largest_error(ConstRows effects, Index rows_per_pose, ConstRows covariances,
                      const LargestErrorOptions& options) {
-  check(effects, rows_per_pose, covariance, options);
-  const RowMatrix moves = worst_poses(effects, rows_per_pose, covariance, options.poses);
-  const std::vector<double> squares = largest_squares(moves, rows_per_pose, options.draws);
+  check(effects, rows_per_pose, covariances, options);
+  const std::vector<double> squares = largest_squares(effects, rows_per_pose, covariances, options);
   return std::sqrt(std::isinf(options.noise_degrees)
                        ? empirical_quantile(squares, options.probability)
                        : over_noise(squares, options));

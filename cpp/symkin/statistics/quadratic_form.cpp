@@ -122,6 +122,17 @@ Vector without_zeros(const Vector& weights, const Vector& wanted) {
   return kept.head(count);
 }
 
+// A multiple of a chi-square with the mean and the variance of the form.
+QuadraticForm of_two_moments(ConstRows mean_square, ConstRows covariance) {
+  const RowMatrix turned = product(mean_square, covariance);
+  const double first = turned.trace();
+  const double second = turned.cwiseProduct(turned.transpose()).sum();
+  if (!(first > 0 && second > 0)) {
+    return QuadraticForm(Vector(0));
+  }
+  return {Vector::Constant(1, second / first), Vector::Constant(1, first * first / second)};
+}
+
 }  // namespace
 
 QuadraticForm::QuadraticForm(const Vector& weights)
@@ -177,6 +188,11 @@ double QuadraticForm::tail_over_noise(double value, double noise_degrees) const 
 }
 
 double QuadraticForm::quantile(double probability, double noise_degrees) const {
+  return quantile_of_any({*this}, probability, noise_degrees);
+}
+
+double QuadraticForm::quantile_of_any(const std::vector<QuadraticForm>& forms, double probability,
+                                      double noise_degrees) {
   if (!(probability > 0 && probability < 1)) {
     throw InvalidInput("the probability is " + std::to_string(probability) +
                        "; expected one between 0 and 1");
@@ -185,31 +201,75 @@ double QuadraticForm::quantile(double probability, double noise_degrees) const {
     throw InvalidInput("the noise has " + std::to_string(noise_degrees) +
                        " degrees of freedom; expected more than 0");
   }
-  if (weights_.size() == 0) {
+  // Weights of any size: their squares and sums neither overflow nor vanish.
+  double scale = 0;
+  for (const QuadraticForm& form : forms) {
+    if (form.weights_.size() > 0) {
+      scale = std::max(scale, form.weights_.maxCoeff());
+      if (form.weights_.minCoeff() < 0) {
+        throw InvalidInput("a quadratic form with weights of both signs has no quantile here");
+      }
+    }
+  }
+  if (scale == 0) {
     return 0;
   }
-  if (weights_.minCoeff() < 0) {
-    throw InvalidInput("a quadratic form with weights of both signs has no quantile here");
-  }
-  // Weights of any size: their squares and sums neither overflow nor vanish.
-  const double scale = weights_.maxCoeff();
-  if (scale != 1) {
-    return scale * QuadraticForm(weights_ / scale, degrees_).quantile(probability, noise_degrees);
+  std::vector<QuadraticForm> scaled;
+  double mean = 0, degrees = 0;
+  const auto count = static_cast<double>(forms.size());
+  for (const QuadraticForm& form : forms) {
+    scaled.emplace_back(form.weights_ / scale, form.degrees_);
+    mean += scaled.back().mean() / count;
+    degrees += scaled.back().effective_degrees() / count;
   }
   const double wanted = 1 - probability;
   // Of the logarithm, in which both tails are smooth; its zero is the quantile.
   const auto excess = [&](double log_value) {
-    const double tail = tail_over_noise(std::exp(log_value), noise_degrees);
+    double tail = 0;
+    for (const QuadraticForm& form : scaled) {
+      tail += form.tail_over_noise(std::exp(log_value), noise_degrees) / count;
+    }
     return std::log(std::max(tail, 1e-300) / wanted) -
            std::log(std::max(1 - tail, 1e-300) / probability);
   };
-  const double degrees = effective_degrees();
-  const double start = mean() * chi_square_limit(degrees, wanted) / degrees;
+  const double start = mean * chi_square_limit(degrees, wanted) / degrees;
   std::uintmax_t most = 200;
   const auto [low, high] = boost::math::tools::bracket_and_solve_root(
       [&](double factor) { return excess(std::log(start * factor)); }, 1.0, 1.5, false,
       boost::math::tools::eps_tolerance<double>(kDigits), most);
-  return start * (low + high) / 2;
+  return scale * start * (low + high) / 2;
+}
+
+RowMatrix mean_covariance(ConstRows covariances) {
+  const Index size = covariances.cols();
+  const Index count = size > 0 ? covariances.rows() / size : 0;
+  if (count == 0 || covariances.rows() != count * size) {
+    throw InvalidInput("the covariances are " + std::to_string(covariances.rows()) + " x " +
+                       std::to_string(size) + "; expected squares, one below the other");
+  }
+  RowMatrix mean = covariances.topRows(size);
+  for (Index k = 1; k < count; ++k) {
+    mean += covariances.middleRows(k * size, size);
+  }
+  return mean / static_cast<double>(count);
+}
+
+double mixed_quantile(ConstRows mean_square, ConstRows covariances, double probability,
+                      double noise_degrees) {
+  const RowMatrix mean = mean_covariance(covariances);
+  const Index size = mean.rows();
+  const Index count = covariances.rows() / size;
+  const QuadraticForm form = QuadraticForm::of(mean_square, mean);
+  const double quantile = form.quantile(probability, noise_degrees);
+  if (count == 1 || quantile == 0) {
+    return quantile;
+  }
+  std::vector<QuadraticForm> each;
+  for (Index k = 0; k < count; ++k) {
+    each.push_back(of_two_moments(mean_square, covariances.middleRows(k * size, size)));
+  }
+  return quantile * QuadraticForm::quantile_of_any(each, probability, noise_degrees) /
+         of_two_moments(mean_square, mean).quantile(probability, noise_degrees);
 }
 
 }  // namespace symkin

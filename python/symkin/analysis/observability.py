@@ -254,8 +254,8 @@ def expected_accuracy(
         Where the error is linearised.
     poses : WorkspaceSample, or array_like of shape (N, coordinates)
         Over which the error is averaged.
-    covariance : array_like, shape (legs p, legs p)
-        Of all parameters, leg by leg.
+    covariance : array_like, shape (legs p, legs p), or (robots, legs p, legs p)
+        Of all parameters, leg by leg; of robots that are not known equally well, one of each.
     confidence : float
         Share of such robots that keep the bounds.
     noise_degrees : float
@@ -271,7 +271,8 @@ def expected_accuracy(
     rows = pose_rows(poses)
     weights = _core.accuracy_weights(mechanism.core, rows)
     given = np.ascontiguousarray(covariance, dtype=np.float64)
-    _core.expected_accuracy(weights, given)  # which refuses another shape
+    for each in given if given.ndim == 3 else given[None]:
+        _core.expected_accuracy(weights, each)  # which refuses another shape
     forms, counts = (weights.position, weights.orientation), (weights.evaluated, weights.failed)
     found = promised(forms, given, counts, confidence, noise_degrees)
     if anywhere is None:

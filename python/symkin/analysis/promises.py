@@ -78,15 +78,18 @@ def promised(
 ) -> ExpectedAccuracy:
     """Return what mean squared errors, quadratic forms of those of the parameters, come to.
 
-    `poses` are those in the forms and those left out; `noise_degrees` the degrees of freedom of a
-    noise that was estimated and scales the covariance.
+    The covariance is that of all robots, or has shape (robots, parameters, parameters), of some
+    that stand for them. `poses` are those in the forms and those left out; `noise_degrees` the
+    degrees of freedom of a noise that was estimated and scales the covariance.
     """
     means, bounds = [], []
+    count = covariance.size // covariance.shape[-1] ** 2
+    stacked = _stacked(covariance)
     for form in forms:
-        means.append(math.sqrt(max(float(np.sum(form * covariance)), 0.0)))
-        known = bool(np.isfinite(covariance).all())
-        squares = _core.QuadraticForm.of(form, covariance) if known else None
-        bound = squares.quantile(confidence, noise_degrees) if squares else math.nan
+        means.append(math.sqrt(max(float(np.sum(form * covariance)) / count, 0.0)))
+        bound = math.nan
+        if np.isfinite(stacked).all():
+            bound = _core.mixed_quantile(form, stacked, confidence, noise_degrees)
         bounds.append(math.sqrt(bound))
     return ExpectedAccuracy(means[0], means[1], *poses, confidence, bounds[0], bounds[1])
 
@@ -96,7 +99,8 @@ def anywhere(
 ) -> tuple[float, float]:
     """Return what the largest position and orientation error over poses are within, m and rad.
 
-    `effects`, shape (n, 6, parameters), are tangents of the poses by the parameters.
+    `effects`, shape (n, 6, parameters), are tangents of the poses by the parameters; the covariance
+    is as `promised` takes it.
     """
     if not len(effects) or not np.isfinite(covariance).all():
         return math.nan, math.nan
@@ -104,11 +108,16 @@ def anywhere(
     for part in (effects[:, :3], effects[:, 3:]):
         rows = np.ascontiguousarray(part.reshape(-1, part.shape[2]))
         found.append(
-            _core.largest_error(rows, 3, covariance, confidence, noise_degrees)
+            _core.largest_error(rows, 3, _stacked(covariance), confidence, noise_degrees)
             if rows.any()
             else 0.0
         )
     return found[0], found[1]
+
+
+def _stacked(covariance: Array) -> Array:
+    """One or several covariances, one below the other."""
+    return np.ascontiguousarray(covariance).reshape(-1, covariance.shape[-1])
 
 
 def sampled_bound(errors: Array, confidence: float = CONFIDENCE) -> float:

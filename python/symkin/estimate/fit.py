@@ -49,21 +49,8 @@ def by_leg(mechanism: Mechanism, measurements: Measurements, options: EstimateOp
 
     The errors are those of `identify`.
     """
-    _require_poses(mechanism, measurements, options.poses)
+    result = identified_by_leg(mechanism, measurements, options)
     noise = options.declared(mechanism.noise)
-    try:
-        result = _core.identify(
-            mechanism.core,
-            core_measurements(measurements),
-            _core.Estimator.__members__[options.estimator],
-            _core.PoseUse.__members__[options.poses],
-            noise_of(noise),
-            options.loss,
-            options.loss_scale or 0.0,
-            options.max_iterations,
-        )
-    except NotIdentifiableError as error:
-        raise _named(error, mechanism) from None
     calibrated, covariance = calibrated_mechanism(
         mechanism, result.parameters, result.covariance, measurements.poses
     )
@@ -107,6 +94,26 @@ def by_leg(mechanism: Mechanism, measurements: Measurements, options: EstimateOp
         model_covariance=covariance,
         conflict=_conflict(mechanism, calibrated, covariance) if result.converged else None,
     )
+
+
+def identified_by_leg(
+    mechanism: Mechanism, measurements: Measurements, options: EstimateOptions
+) -> _core.Identification:
+    """What the core says of `by_leg`."""
+    _require_poses(mechanism, measurements, options.poses)
+    try:
+        return _core.identify(
+            mechanism.core,
+            core_measurements(measurements),
+            _core.Estimator.__members__[options.estimator],
+            _core.PoseUse.__members__[options.poses],
+            noise_of(options.declared(mechanism.noise)),
+            options.loss,
+            options.loss_scale or 0.0,
+            options.max_iterations,
+        )
+    except NotIdentifiableError as error:
+        raise _named(error, mechanism) from None
 
 
 def _conflict(

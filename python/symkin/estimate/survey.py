@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, TypedDict
 
 import numpy as np
@@ -387,14 +387,30 @@ class Survey(Value):
         NotIdentifiableError
             Naming combinations that neither shows.
         """
+        half = self._half(rows)
+        return np.asarray(half @ half.T)
+
+    def covariances(self, rows: Sequence[Array], taken: Iterable[Array]) -> Array:
+        """The same of robots that are measured elsewhere, shape (robots, unknowns, unknowns).
+
+        The first rows are those of where they are told to be, in place of which each has its own,
+        `taken`.
+        """
+        half = self._half(rows)
+        known = half.T @ self.prior_information @ half
+        known += sum(form_of(each @ half) for each in rows[1:])
+        forms = (known + form_of(each @ half) for each in taken)
+        return np.stack([half @ np.linalg.inv(form) @ half.T for form in forms])
+
+    def _half(self, rows: Sequence[Array]) -> Array:
+        """Root H of the covariance H H' that rows and priors promise, see `covariance`."""
         values, vectors = self._decomposed([*rows, np.diag(1 / self.priors)[None]])
         if len(values) < len(vectors):
             raise NotIdentifiableError(
                 f"the plan's poses do not show all of the {len(vectors)} unknowns (not shown, in "
                 f"tolerances: {'; '.join(self._named(vectors[len(values) :]))}); {PRIORS_HOLD}"
             )
-        half = vectors / values[:, None] * self.scale
-        return np.asarray(half.T @ half)
+        return np.asarray((vectors / values[:, None] * self.scale).T)
 
     def unseen(self, rows: Sequence[Array]) -> tuple[str, ...]:
         """Combinations of unknowns, in tolerances, that the observations alone do not show."""
@@ -441,7 +457,7 @@ class Survey(Value):
 
         Without frames that is the platform's in the robot's own. What frames and parameters explain
         alike does not matter to it, however uncertain either is. `anywhere` are poses over which
-        the largest error is bounded too.
+        the largest error is bounded too. The covariance may be several robots', see `promised`.
         """
         poses = pose_rows(workspace)
         position, orientation, *counts = self.error_forms(poses)

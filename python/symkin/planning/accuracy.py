@@ -15,14 +15,18 @@ from symkin.analysis.workspace import WorkspaceSample
 from symkin.data.measurements import ALL_LEGS, Measurements
 from symkin.errors import SymkinError, one_of
 from symkin.estimate.assumed import with_assumed
-from symkin.estimate.identification import identify_legs
-from symkin.estimate.options import Estimator, PoseUse
+from symkin.estimate.fit import identified_by_leg
+from symkin.estimate.options import EstimateOptions, Estimator, PoseUse
 from symkin.estimate.survey import Survey, Unknowns
 from symkin.model.given import MechanismGiven, as_mechanism
+from symkin.model.mechanism import Mechanism
 from symkin.options import checks
 from symkin.planning.basis import PlanBasis
+from symkin.planning.made import poses_taken
 
 __all__ = ["predict_accuracy", "set_name"]
+
+Array = NDArray[np.float64]
 
 
 class PlannedPoses(Protocol):
@@ -56,8 +60,9 @@ def predict_accuracy(
 ) -> ExpectedAccuracy:
     """Predict the end-effector error after identification with a plan, to first order.
 
-    The covariance is the estimator's at the nominal parameters and the mechanism's declared noise;
-    no robot is simulated.
+    The covariance is the estimator's at the nominal parameters and the mechanism's declared noise,
+    at the poses that robots made within the tolerances take when they are told the plan's: a few
+    robots, always the same ones, over which the figures are. No measurement is simulated.
 
     Parameters
     ----------
@@ -101,25 +106,51 @@ def predict_accuracy(
         require_joint(estimator)
         survey = survey.in_order(plan.poses[~plan.spare])
         survey = survey_assuming(survey, plan, poses=poses, measured=measured)
-        rows = survey_rows(survey, plan, poses=poses, measured=measured)
-        known = with_assumed(survey.covariance(rows), survey.assumed)
+        known = _surveyed(mechanism, survey, plan, poses, measured)
         return survey.expected(workspace, known, confidence=confidence, anywhere=anywhere)
+    known = _leg_by_leg(mechanism, plan, EstimateOptions(estimator or "implicit", poses), measured)
+    if not np.isfinite(known).all():
+        raise SymkinError("the plan's poses do not show all parameters")
+    return expected_accuracy(mechanism, workspace, known, confidence=confidence, anywhere=anywhere)
+
+
+def _surveyed(
+    mechanism: Mechanism,
+    survey: Survey,
+    plan: PlannedPoses,
+    poses: PoseUse,
+    measured: Measurements | None,
+) -> Array:
+    """Covariances of the unknowns and of what is assumed, of robots from the workshop."""
+    rows = survey_rows(survey, plan, poses=poses, measured=measured)
+    told, read = _poses_of(plan, poses)
+    taken = (survey.rows(each, read) for each in poses_taken(mechanism, told))
+    return np.stack(
+        [with_assumed(each, survey.assumed) for each in survey.covariances(rows, taken)]
+    )
+
+
+def _leg_by_leg(
+    mechanism: Mechanism, plan: PlannedPoses, how: EstimateOptions, measured: Measurements | None
+) -> Array:
+    """Covariances of all parameters, of robots from the workshop."""
     wanted = ~plan.spare
-    parts = [(plan.poses[wanted], plan.readings[wanted], plan.leg_sets[wanted])]
+    told, sets = plan.poses[wanted], plan.leg_sets[wanted]
+    further, read = np.empty((0, told.shape[1])), np.empty((0, plan.readings.shape[1]))
     if measured is not None:
         measured.require_complete()
-        readings = mechanism.inverse_kinematics(measured.poses)
-        readings[~np.isfinite(measured.readings)] = np.nan
-        parts.append((measured.poses, readings, measured.leg_sets))
-    poses_taken, read, sets = (np.concatenate(each) for each in zip(*parts, strict=True))
-    exact = Measurements.of(poses_taken, read, sets, pose_space=mechanism.pose_space)
-    how = estimator or "implicit"
-    covariance = identify_legs(mechanism, exact, how, poses=poses).parameter_covariance
-    if not np.isfinite(covariance).all():
-        raise SymkinError("the plan's poses do not show all parameters")
-    return expected_accuracy(
-        mechanism, workspace, covariance, confidence=confidence, anywhere=anywhere
-    )
+        further, sets = measured.poses, np.concatenate([sets, measured.leg_sets])
+        read = mechanism.inverse_kinematics(further)
+        read[~np.isfinite(measured.readings)] = np.nan
+
+    def known_at(poses: Array) -> Array:
+        readings = np.concatenate([mechanism.inverse_kinematics(poses), read])
+        every = np.concatenate([poses, further])
+        exact = Measurements.of(every, readings, sets, pose_space=mechanism.pose_space)
+        return np.asarray(identified_by_leg(mechanism, exact, how).covariance)
+
+    known_at(told)  # what they do not show, a robot that is elsewhere does by chance
+    return np.stack([known_at(each) for each in poses_taken(mechanism, told)])
 
 
 def require_joint(estimator: Estimator | None) -> None:

@@ -21,14 +21,14 @@ from symkin.data.reading import write_measurements
 from symkin.estimate.changes import changed_observations, changed_poses
 from symkin.estimate.survey import FIRST_ROW
 from symkin.files.mechanism_writer import save_mechanism
-from symkin.model.canonical import canonical
 from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.model.mechanism import Mechanism, require_same_shape
-from symkin.model.tolerances import noise_of, tolerances_of
+from symkin.model.tolerances import noise_of
 from symkin.model.turns import turned_into_table
 from symkin.options import checks
 from symkin.planning.accuracy import set_name
 from symkin.planning.changes import changes_of, with_sessions
+from symkin.planning.made import disturb
 from symkin.planning.plan import Plan
 from symkin.planning.plan_files import as_plan
 from symkin.results import Result
@@ -95,29 +95,6 @@ class Simulation(Result):
             write_measurements(self.measurements, target / "measurements.csv", self.nominal)
             save_mechanism(self.actual, target / "actual.toml", header=header)
         return Path(folder)
-
-
-def disturb(mechanism: Mechanism, seed: int) -> Mechanism:
-    """Return the mechanism as the workshop may make it: normal errors within its tolerances.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-        The nominal one.
-    seed : int
-        Of the errors.
-
-    Returns
-    -------
-    Mechanism
-        Without a declared symmetry, which it has no longer.
-    """
-    made = _core.disturb(mechanism.core, tolerances_of(mechanism.tolerances), seed)
-    values = made.parameters
-    links = [not role.of_sensor for role in mechanism.parameter_roles(0)]
-    for first, *others in mechanism.leg_readings:  # of one leg, which is made once
-        values[np.ix_(others, links)] = values[first, links]
-    return mechanism.with_parameters(canonical(mechanism, values)[0], symmetry=None)
 
 
 @checks()

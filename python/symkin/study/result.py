@@ -241,11 +241,12 @@ class StudyResult(FolderResult):
         )
 
     def _predicted(self, cell: Cell) -> ExpectedAccuracy | None:
-        """To first order, at the mechanism as drawn."""
+        """To first order, see `predict_accuracy`."""
         plan = self.job.plans[cell.plan_key]
         if isinstance(plan, str):
             return None
-        key = *cell.plan_key, cell.noise_level, cell.estimator, cell.use
+        how = cell.noise_level, cell.tolerance_level, cell.estimator, cell.use
+        key = *cell.plan_key, *how
         if key not in self._predictions:
             poses = self.job.poses[cell.mechanism]
             try:

@@ -71,6 +71,17 @@ TEST(LargestError, TakesThePosesWhereItIsLargestOnAverage) {
   EXPECT_GT(bound(reference(), worst), bound(first));
 }
 
+TEST(LargestError, OfSeveralCovariancesLiesBetweenThoseOfEach) {
+  Effects given = reference();
+  const Index size = given.covariance.rows();
+  RowMatrix both(2 * size, size);
+  both << given.covariance, 4 * given.covariance;
+  const double one = bound(given);
+  given.covariance = both;
+  EXPECT_GT(bound(given), 1.7 * one);  // those of the larger exceed its 90%
+  EXPECT_LT(bound(given), 2.0 * one);
+}
+
 TEST(LargestError, IsTheSameEveryTime) { EXPECT_EQ(bound(reference()), bound(reference())); }
 
 TEST(LargestError, RefusesWhatDoesNotFit) {

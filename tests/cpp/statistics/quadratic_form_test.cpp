@@ -90,6 +90,62 @@ TEST(QuadraticForm, OfAFormAndACovarianceHasTheirTraceAsMean) {
   EXPECT_NEAR(QuadraticForm::of(form, covariance).mean(), (form * covariance).trace(), 1e-12);
 }
 
+TEST(QuadraticForm, OfAnyOfTwoFallsShortOfItsQuantileAsOftenAsBothTogether) {
+  const QuadraticForm small((Vector(3) << 1, 0.5, 0.2).finished());
+  const QuadraticForm large((Vector(2) << 4, 3).finished());
+  for (const double degrees : {kNoiseKnown, 6.5}) {
+    const double found = QuadraticForm::quantile_of_any({small, large}, 0.9, degrees);
+    EXPECT_GT(found, small.quantile(0.9, degrees));
+    EXPECT_LT(found, large.quantile(0.9, degrees));
+  }
+  const double found = QuadraticForm::quantile_of_any({small, large}, 0.9);
+  EXPECT_NEAR((small.tail(found) + large.tail(found)) / 2, 0.1, 1e-9);
+  EXPECT_DOUBLE_EQ(QuadraticForm::quantile_of_any({small, small}, 0.9), small.quantile(0.9));
+}
+
+// Covariances one below the other, each with other directions that are known badly.
+RowMatrix covariances(Index count, Index size) {
+  RowMatrix rows(count * size, size);
+  for (Index k = 0; k < count; ++k) {
+    for (Index i = 0; i < size; ++i) {
+      for (Index j = 0; j < size; ++j) {
+        const double bad = std::sin(1.0 + static_cast<double>((k + 1) * (i + 1))) *
+                           std::sin(1.0 + static_cast<double>((k + 1) * (j + 1)));
+        rows(k * size + i, j) = (i == j ? 1.0 / static_cast<double>(1 + i) : 0) + 0.05 * bad;
+      }
+    }
+  }
+  return rows;
+}
+
+TEST(MixedQuantile, IsThatOfAnyOfTheFormsToSomeTenthsOfAPercent) {
+  constexpr Index kSize = 12;
+  constexpr Index kCount = 8;
+  const RowMatrix given = covariances(kCount, kSize);
+  const RowMatrix form = RowMatrix::Identity(kSize, kSize);
+  std::vector<QuadraticForm> forms;
+  for (Index k = 0; k < kCount; ++k) {
+    forms.push_back(QuadraticForm::of(form, given.middleRows(k * kSize, kSize)));
+  }
+  for (const double probability : {0.5, 0.9, 0.95, 0.99}) {
+    const double exact = QuadraticForm::quantile_of_any(forms, probability);
+    EXPECT_NEAR(mixed_quantile(form, given, probability) / exact, 1, 0.01);
+    const double estimated = QuadraticForm::quantile_of_any(forms, probability, 8);
+    EXPECT_NEAR(mixed_quantile(form, given, probability, 8) / estimated, 1, 0.01);
+  }
+  // Alone the mean covariance promises too much.
+  const double alone = QuadraticForm::of(form, mean_covariance(given)).quantile(0.99);
+  EXPECT_LT(alone, 0.99 * QuadraticForm::quantile_of_any(forms, 0.99));
+}
+
+TEST(MixedQuantile, OfOneCovarianceIsTheQuantileOfItsForm) {
+  const RowMatrix one = covariances(1, 5);
+  const RowMatrix form = RowMatrix::Identity(5, 5);
+  EXPECT_EQ(mixed_quantile(form, one, 0.95), QuadraticForm::of(form, one).quantile(0.95));
+  EXPECT_EQ(mixed_quantile(RowMatrix::Zero(5, 5), covariances(3, 5), 0.95), 0);
+  EXPECT_THROW(mixed_quantile(form, covariances(2, 5).topRows(7), 0.95), InvalidInput);
+}
+
 TEST(QuadraticForm, OfWhatIsKnownIsZero) {
   const QuadraticForm form(Vector::Zero(3));
   EXPECT_EQ(form.quantile(0.95), 0);

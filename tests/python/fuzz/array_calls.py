@@ -671,14 +671,19 @@ def _of_statistics() -> Iterator[Call]:
         lambda mean_square, covariance: _core.QuadraticForm.of(mean_square, covariance).mean,
     )
     yield Call(
+        "_core.mixed_quantile",
+        {"mean_square": effects.T @ effects, "covariances": np.tile(covariance, (3, 1))},
+        lambda mean_square, covariances: _core.mixed_quantile(mean_square, covariances, 0.95),
+    )
+    yield Call(
         "_core.projected_effects",
         {"effects": effects, "by_frames": random.normal(size=(12, 2))},
         _core.projected_effects,
     )
     yield Call(
         "_core.largest_error",
-        {"effects": effects, "covariance": covariance},
-        lambda effects, covariance: _core.largest_error(effects, 3, covariance, 0.95, draws=50),
+        {"effects": effects, "covariances": covariance},
+        lambda effects, covariances: _core.largest_error(effects, 3, covariances, 0.95, draws=50),
     )
     yield Call(
         "_core.drawing_conflict",
