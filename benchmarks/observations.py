@@ -2,18 +2,23 @@
 """Whether intervals and chi-square hold for rows in pairs, planes, bars and attitudes.
 
     python benchmarks/observations.py [ROBOTS] [CASE ...]
+    python benchmarks/observations.py hubs
 
 Every robot differs from a shipped one by its tolerances, which are priors; what is observed has the
 noise that is declared. Prints for each case, by default all of them and 300 robots: how many were
 identified, the mean of chi-square and its standard error beside the degrees of freedom, how many of
 the parameters the 95% intervals of the declared noise hold, and the parameters' errors over their
 deviations, root mean square. Unknown frames count among the parameters.
+
+`hubs`: seconds of processor for so many differences of height from one and the same row of a delta,
+and as heights above that row, and how far apart both estimates are, in standard deviations.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import sys
+import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -25,6 +30,7 @@ from symkin.model.settings import Frames
 from symkin.planning.simulation import disturb
 
 WITHIN = 1.959964
+SHEET = 0.02  # m, of the sheet above the base
 
 Case = tuple[symkin.Mechanism, Observed, int, dict[str, Any]]
 
@@ -90,6 +96,21 @@ def position_and_tilt() -> Case:
     return hexapod(), Observed(("position", "tilt")), 40, {}
 
 
+def held_in_a_plane() -> Case:
+    """A delta whose tool slides on a sheet, flat to 30 um, which is where the drawing has it."""
+    robot = linear_delta().replace(frames=Frames(plane=(SHEET, 0.0, 0.0)))
+    return robot, Observed(("height",)), 60, {"free": ["leg?"]}
+
+
+def along_and_across() -> Case:
+    """A hexapod whose position is seen to 10 um along the beam, and to 0.1 mm across."""
+    base = (2.0, 1.5, -0.4, 0.2, 0.3, -0.1)
+    robot = hexapod()
+    noise = dataclasses.replace(robot.noise, position=1e-4, along=1e-5)
+    robot = robot.replace(noise=noise, frames=Frames(base=base))
+    return robot, Observed(("position",), base=base), 40, {}
+
+
 CASES: dict[str, Callable[[], Case]] = {
     each.__name__: each
     for each in (
@@ -99,6 +120,8 @@ CASES: dict[str, Callable[[], Case]] = {
         ball_bar,
         tilt,
         position_and_tilt,
+        held_in_a_plane,
+        along_and_across,
     )
 }
 
@@ -126,6 +149,8 @@ def figures(case: Callable[[], Case], robots: int) -> Iterator[tuple[float, floa
     poses = (
         _touching(robot, count) if touches else symkin.sample_workspace(robot, count, seed=1).poses
     )
+    if case is held_in_a_plane:
+        poses = np.column_stack([poses[:, :2], np.full(len(poses), SHEET)])
     observed = observed.in_frames(robot.frames)
     for seed in range(robots):
         actual = disturb(robot, seed)
@@ -161,8 +186,42 @@ def figures(case: Callable[[], Case], robots: int) -> Iterator[tuple[float, floa
         )
 
 
+def hubs() -> None:
+    """Print a line a number of rows."""
+    robot = linear_delta()
+    print("rows     pairs   heights   apart")
+    for rows in (40, 160, 320, 640):
+        poses = symkin.sample_workspace(robot, rows + 1, seed=2).poses
+        random = np.random.default_rng(1)
+        readings = disturb(robot, 2).inverse_kinematics(poses)
+        readings += random.normal(0, robot.noise.reading, readings.shape)
+        above = poses[:, 2] - poses[0, 2] + random.normal(0, robot.noise.position, rows + 1)
+        above[0], others = 0.0, np.arange(rows + 1) > 0
+        of: dict[str, Any] = {"reading_unit": "m", "pose_space": "translating"}
+        nothing = np.full_like(poses, np.nan)
+        rises = np.where(others, above, np.nan)[:, None]
+        partners = others[:, None].astype(int)
+        pairs = symkin.Measurements.of(nothing, readings, **of, partners=partners, rises=rises)
+        sizes = np.where(others, robot.noise.position, 0.0)
+        against = symkin.Measurements.of(
+            nothing, readings, **of, heights=above, height_deviations=sizes
+        )
+        found, seconds = [], []
+        for taken, free in ((pairs, ["leg?"]), (against, ["leg?", "plane.c0"])):
+            start = time.process_time()
+            found.append(symkin.identify(robot, taken, free=free, prior="tolerances"))
+            seconds.append(time.process_time() - start)
+        one, other = (each.mechanism for each in found)
+        scale = np.where(one.deviations > 0, one.deviations, np.inf)
+        apart = np.abs((one.parameters - other.parameters) / scale).max()
+        print(f"{rows:4d}  {seconds[0]:6.2f} s  {seconds[1]:6.2f} s  {apart:.0e}", flush=True)
+
+
 def main() -> None:
     """Print a line a case."""
+    if sys.argv[1:] == ["hubs"]:
+        hubs()
+        return
     robots = int(sys.argv[1]) if len(sys.argv) > 1 else 300
     print("case                    identified     chi-square       dof  intervals  error")
     for name in sys.argv[2:] or CASES:

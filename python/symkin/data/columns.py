@@ -451,8 +451,10 @@ def read_observed(
         table = table.renamed(columns.names)
     sizes = _sizes(table, pose_space)._replace(legs=leg_count, reading_unit=reading_unit)
     stems_of = observed_stems(sizes)
+    between = {name for each in OBSERVABLES.values() for name in each.correlation_columns(sizes)}
     for name in columns.names or ():
-        _check_name(name, pose_space, stems_of)
+        if name not in between:
+            _check_name(name, pose_space, stems_of)
     pose = own_pose_columns(table, pose_space, REPORTED, partial=True)
     found: dict[str, _Array] = {}
     if has_pose(pose):
@@ -480,6 +482,17 @@ def read_observed(
                     negative_allowed=negative_allowed,
                 )  # fmt: skip
             found[name] = values if each.is_pose else values.reshape(each.shape(sizes))
+        names = each.correlation_columns(sizes)
+        if any(name in table.names for name in names):
+            nothing = np.full(table.row_count, np.nan)
+            given = np.column_stack([
+                table.numbers(name, empty_allowed=True) if name in table.names else nothing
+                for name in names
+            ])  # fmt: skip
+            many = each.name == "points"
+            found[each.correlations] = (
+                given.reshape(-1, sizes.points, len(names) // sizes.points) if many else given
+            )
     if any(name in table.names for name in TURN_AXIS):
         for name in TURN_AXIS:
             table.require(name, "axis of turns")

@@ -10,7 +10,13 @@ from numpy.typing import NDArray
 
 from symkin.model.settings import NoiseSettings
 
-__all__ = ["Directed", "directed_errors", "drawn_along"]
+__all__ = [
+    "Directed",
+    "correlated_errors",
+    "correlation_matrices",
+    "directed_errors",
+    "drawn_along",
+]
 
 Array = NDArray[np.float64]
 
@@ -43,6 +49,11 @@ class Directed(NamedTuple):
         axes = np.where(own[..., None, None], np.eye(self.axes.shape[-1]), self.axes)
         return Directed(axes, np.where(own[..., None], deviations, self.deviations))
 
+    def but(self, own: NDArray[np.bool_], other: Directed) -> Directed:
+        """Return them with those of another where a place is its own."""
+        axes = np.where(own[..., None, None], other.axes, self.axes)
+        return Directed(axes, np.where(own[..., None], other.deviations, self.deviations))
+
 
 def directed_errors(noise: NoiseSettings, places: Array) -> Directed:
     """Errors of places, shape (N, n, size), in the frame of an instrument at its origin."""
@@ -63,6 +74,27 @@ def directed_errors(noise: NoiseSettings, places: Array) -> Directed:
     ] * (along[..., :, None] * along[..., None, :])
     both = known[..., :, None] & known[..., None, :]
     return _principal(np.where(both, covariances, 0.0), known)
+
+
+def correlated_errors(deviations: Array, correlations: Array, known: NDArray[np.bool_]) -> Directed:
+    """Errors of places from their standard deviations, (N, n, size), and their correlations.
+
+    The correlations, (N, n, size (size - 1) / 2), are of xy, xz, yz. Those with a coordinate that
+    was not measured count for nothing.
+    """
+    matrices = correlation_matrices(correlations, deviations.shape[-1])
+    sizes = np.where(known, deviations, 0.0)
+    both = known[..., :, None] & known[..., None, :]
+    covariances = matrices * sizes[..., :, None] * sizes[..., None, :]
+    return _principal(np.where(both, covariances, 0.0), known)
+
+
+def correlation_matrices(correlations: Array, size: int) -> Array:
+    """Matrices of correlations xy, xz, yz, of which NaN is none."""
+    matrices = np.broadcast_to(np.eye(size), (*correlations.shape[:-1], size, size)).copy()
+    first, second = np.triu_indices(size, 1)
+    matrices[..., first, second] = matrices[..., second, first] = np.nan_to_num(correlations)
+    return matrices
 
 
 def _principal(covariances: Array, known: NDArray[np.bool_]) -> Directed:

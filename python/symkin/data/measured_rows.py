@@ -14,8 +14,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
-from symkin.data.error_axes import Directed, directed_errors
-from symkin.data.observables import CIRCUMSTANCES, OBSERVABLES
+from symkin.data.error_axes import (
+    Directed,
+    correlated_errors,
+    correlation_matrices,
+    directed_errors,
+)
+from symkin.data.observables import CIRCUMSTANCES, OBSERVABLES, Observable
 from symkin.errors import MeasurementError, NotIdentifiableError, printable, shown
 from symkin.model.poses import POSE_SPACES, PoseSpace, space_named, wrong_quaternion
 from symkin.model.sensor_table import SensorTable
@@ -44,11 +49,13 @@ class MeasuredRows(Result):
     pose_space: str = ""
     reading_unit: str = ""
     pose_deviations: NDArray[np.float64] | None = None
+    pose_correlations: NDArray[np.float64] | None = None
     reading_deviations: NDArray[np.float64] | None = None
     reported: NDArray[np.float64] | None = None
     reported_deviations: NDArray[np.float64] | None = None
     points: NDArray[np.float64] | None = None
     point_deviations: NDArray[np.float64] | None = None
+    point_correlations: NDArray[np.float64] | None = None
     distances: NDArray[np.float64] | None = None
     distance_deviations: NDArray[np.float64] | None = None
     heights: NDArray[np.float64] | None = None
@@ -107,6 +114,8 @@ class MeasuredRows(Result):
         self._check_circumstances()
         for each in OBSERVABLES.values():
             self._check_deviations(each.name, each.deviations)
+            if each.correlations and getattr(self, each.correlations) is not None:
+                self._check_correlations(each)
         posed = {"": self.poses, "reported ": self.reported, "commanded ": self.commanded}
         for what, poses in posed.items():
             wrong = None if poses is None else wrong_quaternion(poses)
@@ -281,6 +290,44 @@ class MeasuredRows(Result):
                 f"{deviations}; expected standard deviations, or NaN for the noise settings'"
             )
 
+    def _check_correlations(self, of: Observable) -> None:
+        """Refuse what is no correlation of errors, and one of errors of unknown size."""
+        name, size = of.correlations, self.space.size
+        values = getattr(self, of.name)
+        if values is None:
+            raise MeasurementError(f"there are {name} without {of.name}")
+        make_arrays(self, **{name: (values.ndim, "float")})
+        found, pairs = getattr(self, name), size * (size - 1) // 2
+        shape = (*values.shape[:-1], pairs)
+        if found.shape != shape or not pairs:
+            raise MeasurementError(f"{name} have shape {found.shape}; expected {shape}")
+        places = found.reshape(len(found), -1, pairs)
+        stated = np.isfinite(places).any(axis=-1)
+        with np.errstate(invalid="ignore"):
+            least = np.linalg.eigvalsh(correlation_matrices(places, size))[..., 0]
+        wrong = ~(least > 0) | np.isinf(places).any(axis=-1)
+        if wrong.any():
+            row, place = np.argwhere(wrong)[0]
+            raise MeasurementError(
+                f"row {self.row_numbers[row]} has the correlations "
+                f"{np.nan_to_num(places[row, place]).tolist()} in {name}; expected those of a "
+                "covariance that is positive definite"
+            )
+        own = getattr(self, of.deviations)
+        cut = self._places(of.name, np.full(values.shape, np.nan) if own is None else own)
+        lacking = stated & (np.isnan(cut) & np.isfinite(self._places(of.name, values))).any(axis=-1)
+        if lacking.any():
+            raise MeasurementError(
+                f"row {self.row_numbers[np.argwhere(lacking)[0][0]]} has a correlation of errors "
+                f"and no standard deviation of its own; expected {of.deviations} of each coordinate"
+            )
+
+    def _places(self, name: str, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Of poses and points the coordinates of places, shape (N, n, size)."""
+        size = self.space.size
+        cut = values[:, :size] if name == "poses" else values
+        return cut.reshape(len(values), -1, size)
+
     def _deviation_shape(self, name: str) -> tuple[int, ...]:
         shape: tuple[int, ...] = getattr(self, name).shape
         return (shape[0], self.space.dof) if OBSERVABLES[name].is_pose else shape
@@ -366,6 +413,18 @@ class MeasuredRows(Result):
             Where the noise of positions differs along a direction, they are along that and across
             it, each in the place of the coordinate that it is nearest to.
         """
+        found = self.coordinate_deviations(noise)
+        for name, own in found.items():
+            directed = self._directed(name, noise, own)
+            if directed is not None:
+                found[name] = np.array(own)
+                places = found[name].reshape(len(own), -1)
+                count = directed.deviations[0].size if len(own) else 0
+                places[:, :count] = directed.deviations.reshape(len(own), -1)
+        return found
+
+    def coordinate_deviations(self, noise: NoiseSettings) -> dict[str, NDArray[np.float64]]:
+        """As `standard_deviations`, along the coordinates, whatever is correlated."""
         found = {}
         for name, each in OBSERVABLES.items():
             values = getattr(self, name)
@@ -374,12 +433,6 @@ class MeasuredRows(Result):
                 shape = self._deviation_shape(name)
                 usual = np.broadcast_to(each.noise(noise, self.space, values), shape)
                 found[name] = usual if own is None else np.where(np.isnan(own), usual, own)
-                directed = self._directed(name, noise, found[name])
-                if directed is not None:
-                    found[name] = np.array(found[name])
-                    places = found[name].reshape(len(values), -1)
-                    count = directed.deviations[0].size if len(values) else 0
-                    places[:, :count] = directed.deviations.reshape(len(values), -1)
         return found
 
     def _directed(
@@ -387,19 +440,28 @@ class MeasuredRows(Result):
     ) -> Directed | None:
         """Errors of places along axes of their own; None where coordinates are as good.
 
-        A place that has a standard deviation of its own has it along its coordinates.
+        A place that has a standard deviation of its own has it along its coordinates, unless it has
+        correlations, too.
         """
-        if noise.along is None or name not in ("poses", "points") or not self.space.moves:
+        if name not in ("poses", "points") or not self.space.moves:
             return None
-        shape = len(self.poses), -1, self.space.size
-        cut = slice(self.space.size) if name == "poses" else slice(None)
-        places = getattr(self, name)[:, cut].reshape(shape)
-        found = directed_errors(noise, places)
+        correlations = getattr(self, OBSERVABLES[name].correlations)
+        if noise.along is None and correlations is None:
+            return None
+        places = self._places(name, getattr(self, name))
+        sizes = self._places(name, deviations)
+        found = None if noise.along is None else directed_errors(noise, places)
         own = getattr(self, OBSERVABLES[name].deviations)
-        if own is None:
+        if found is not None and own is not None:
+            stated = np.asarray(np.isfinite(self._places(name, own)).any(axis=-1))
+            found = found.without(stated, sizes)
+        if correlations is None:
             return found
-        stated = np.isfinite(own[:, cut].reshape(shape)).any(axis=-1)
-        return found.without(stated, deviations[:, cut].reshape(shape))
+        between = correlations.reshape(*places.shape[:2], -1)
+        correlated = correlated_errors(sizes, between, np.isfinite(places))
+        if found is None:
+            return correlated
+        return found.but(np.isfinite(between).any(axis=-1), correlated)
 
     def observations(
         self,
@@ -413,13 +475,14 @@ class MeasuredRows(Result):
         """
         nothing = np.empty((0, 0))
         deviations = self.standard_deviations(noise)
+        along_coordinates = self.coordinate_deviations(noise)
 
         def observed(name: str) -> _core.Observed:
             values = getattr(self, name)
             if values is None:
                 return _core.Observed(nothing, nothing)
             own, sizes = (np.ascontiguousarray(_flat(e)) for e in (values, deviations[name]))
-            directed = self._directed(name, noise, deviations[name])
+            directed = self._directed(name, noise, along_coordinates[name])
             axes = nothing if directed is None else directed.in_space
             return _core.Observed(own, sizes, axes)
 
@@ -543,6 +606,7 @@ class MeasuredRows(Result):
         """Return it as plain values, without what was not observed at all."""
         optional = {"commanded", "partners", "turn_axes", *(each.name for each in _FURTHER)}
         optional |= {each.deviations for each in OBSERVABLES.values()}
+        optional |= {each.correlations for each in OBSERVABLES.values()}
         optional |= {*CIRCUMSTANCES}
         document = super().to_dict()
         return {k: v for k, v in document.items() if not (v is None and k in optional)}

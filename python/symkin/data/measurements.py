@@ -49,6 +49,9 @@ class Measurements(MeasuredRows):
         The sensors' unit; empty if nobody said it.
     pose_deviations : ndarray, shape (N, dof), or None
         Of the position's coordinates, then of the angle or the rotation vector.
+    pose_correlations : ndarray, shape (N, 1 or 3), or None
+        Of the errors of the position between x and y, x and z, y and z, where a row has standard
+        deviations of its own; NaN for none.
     reading_deviations : ndarray, shape (N, legs), or None
         Of the readings.
     reported : ndarray, shape (N, coordinates), or None
@@ -57,6 +60,8 @@ class Measurements(MeasuredRows):
         Like `pose_deviations`, but None and NaN are zero: what is reported is what it went to.
     points : ndarray, shape (N, n, 2 or 3), or None
         Targets on the platform, in the frame of the measuring device.
+    point_correlations : ndarray, shape (N, n, 1 or 3), or None
+        As `pose_correlations`, of the errors of each point.
     point_deviations : ndarray, shape (N, n, 2 or 3), or None
         Of `points`.
     distances : ndarray, shape (N, k), or None

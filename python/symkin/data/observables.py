@@ -7,6 +7,7 @@ which is the core's.
 
 from __future__ import annotations
 
+import itertools
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -78,6 +79,8 @@ class Observable:
         Pattern of the columns that are numbered from 1, of which ``{axes}`` are the coordinates.
     is_angle : bool
         Whether all of it are angles, rad.
+    correlations : str
+        The attribute of the correlations of its errors, of each place between its coordinates.
     between_rows : bool
         Whether it was measured between the row and another one; see `Measurements.partners`.
     """
@@ -92,6 +95,7 @@ class Observable:
     frames: tuple[str, ...] = ()
     numbered: str = ""
     is_angle: bool = False
+    correlations: str = ""
     between_rows: bool = False
 
     @property
@@ -111,6 +115,14 @@ class Observable:
     def deviation_columns(self, of: Sizes) -> list[Stem]:
         """Columns of its standard deviations."""
         return [(f"{stem}_sd", unit) for stem, unit in self.stems(of)]
+
+    def correlation_columns(self, of: Sizes) -> list[str]:
+        """Columns of the correlations of its errors, which have no unit."""
+        if not self.correlations or not of.space.moves:
+            return []
+        places = [f"p{point + 1}_" for point in range(of.points)] if self.name == "points" else [""]
+        pairs = ["".join(pair) for pair in itertools.combinations(of.space.position, 2)]
+        return [f"{place}{pair}_correlation" for place in places for pair in pairs]
 
     def shape(self, of: Sizes) -> tuple[int, ...]:
         """Of the array of its values, for rows of columns; -1 for however many rows."""
@@ -152,14 +164,15 @@ _ALL = (
                lambda noise, *_: noise.reading,
                lambda of: [(f"psi_{leg + 1}", of.reading_unit) for leg in range(of.legs)]),
     Observable("poses", "pose_deviations", "pose", ("pose", "position", "orientation"), 2,
-               _pose_noise, lambda of: _coordinates(of.space), ("base", "target")),
+               _pose_noise, lambda of: _coordinates(of.space), ("base", "target"),
+               correlations="pose_correlations"),
     Observable("reported", "reported_deviations", "reported pose", ("reported",), 2,
                lambda *_: 0.0, lambda of: _coordinates(of.space, REPORTED)),
     Observable("points", "point_deviations", "points", ("points",), 3,
                _point_noise,
                lambda of: [(f"p{point + 1}_{axis}", "m")
                            for point in range(of.points) for axis in of.space.position],
-               ("base", "points"), f"p{_NUMBER}_[{{axes}}]"),
+               ("base", "points"), f"p{_NUMBER}_[{{axes}}]", correlations="point_correlations"),
     Observable("distances", "distance_deviations", "distances", ("distance",), 2,
                lambda noise, _, distances: noise.at(distances),
                lambda of: [(f"distance_{number + 1}", "m") for number in range(of.distances)],

@@ -13,6 +13,7 @@ from symkin.data.measured_rows import ALL_LEGS, MeasuredRows
 from symkin.data.observables import (
     CIRCUMSTANCES,
     COMMANDED,
+    OBSERVABLES,
     PAIR,
     REPORTED,
     ROW,
@@ -138,16 +139,15 @@ def observed_columns(
         names = [f"{COMMANDED}{name}" for name in pose_column_names(measurements.pose_space)]
         columns |= dict(zip(names, measurements.commanded.T, strict=True))
     points, distances = measurements.points, measurements.distances
-    stems = observed_stems(
-        Sizes(
-            POSE_SPACES[measurements.pose_space],
-            measurements.readings.shape[1],
-            reading_unit,
-            0 if points is None else points.shape[1],
-            0 if distances is None else distances.shape[1],
-            0 if measurements.partners is None else measurements.partners.shape[1],
-        )
+    sizes = Sizes(
+        POSE_SPACES[measurements.pose_space],
+        measurements.readings.shape[1],
+        reading_unit,
+        0 if points is None else points.shape[1],
+        0 if distances is None else distances.shape[1],
+        0 if measurements.partners is None else measurements.partners.shape[1],
     )
+    stems = observed_stems(sizes)
     if measurements.turn_axes is not None:
         columns |= dict(zip(TURN_AXIS, measurements.turn_axes.T, strict=True))
     if measurements.partners is not None:
@@ -162,4 +162,9 @@ def observed_columns(
             names = [f"{stem}_{unit}" if unit else stem for stem, unit in own]
             table = values.reshape(len(values), len(names))
             columns |= dict(zip(names, table.T, strict=True))
+    for each in OBSERVABLES.values():
+        between = getattr(measurements, each.correlations) if each.correlations else None
+        if between is not None:
+            table = between.reshape(len(between), -1)
+            columns |= dict(zip(each.correlation_columns(sizes), table.T, strict=True))
     return columns

@@ -102,6 +102,6 @@ def _scaled(
         )
     changes = {
         OBSERVABLES[name].deviations: own * factors.reshape(-1, *[1] * (own.ndim - 1))
-        for name, own in measurements.standard_deviations(noise).items()
+        for name, own in measurements.coordinate_deviations(noise).items()
     }
     return dataclasses.replace(measurements, **changes)  # type: ignore[arg-type]

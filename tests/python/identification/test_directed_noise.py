@@ -75,3 +75,76 @@ def test_it_is_written_and_read_and_refused_in_a_sentence(tmp_path):
     assert symkin.load_mechanism(tmp_path / "robot.toml").noise == robot.noise
     with pytest.raises(SymkinError, match='direction of the noise is "w"; expected one of beam'):
         NoiseSettings(direction="w")
+
+
+@pytest.mark.parametrize("kinds", [("position",), ("points",)])
+def test_a_covariance_a_row_does_what_noise_along_the_beam_does(kinds, tmp_path):
+    robot = symkin.load_mechanism("hexapod_jugglebot")
+    noise = dataclasses.replace(TRACKER, reading=4e-4)
+    base = (2.0, 1.5, -0.4, 0.2, 0.3, -0.1)
+    points = ((0.12, 0.0, 0.03),) if kinds == ("points",) else ()
+    frames = symkin.model.settings.Frames(base=base, points=points)
+    poses = symkin.sample_workspace(robot, 30, seed=3).poses
+    exact = symkin.Measurements.of(
+        poses, disturb(robot, 1).inverse_kinematics(poses), reading_unit="rad", pose_space="spatial"
+    )
+    taken = Observed(kinds, base=base, points=points).measure(exact, noise, 1)
+    name = "point" if points else "pose"
+    places = taken.points if points else taken.poses[:, None, :3]
+    found = directed_errors(noise, places)
+    covariances = np.einsum("...ki,...k,...kj->...ij", found.axes, found.deviations**2, found.axes)
+    deviations = np.sqrt(np.einsum("...ii->...i", covariances))
+    first, second = np.triu_indices(3, 1)
+    between = covariances[..., first, second] / (deviations[..., first] * deviations[..., second])
+    if not points:
+        deviations = np.hstack([deviations[:, 0], np.full((30, 3), np.nan)])
+        between = between[:, 0]
+    stated = {f"{name}_deviations": deviations, f"{name}_correlations": between}
+    given = robot.replace(frames=frames, noise=noise)
+    by_beam = symkin.identify(given, taken, prior="tolerances")
+    alike = given.replace(noise=dataclasses.replace(noise, along=None, per_metre=0.0))
+    by_row = dataclasses.replace(taken, **stated)
+    # Through a file, too.
+    symkin.write_measurements(by_row, tmp_path / "rows.csv", alike)
+    assert "xy_correlation" in (tmp_path / "rows.csv").read_text(encoding="utf-8")
+    for table in (by_row, symkin.read_measurements(tmp_path / "rows.csv", alike)):
+        again = symkin.identify(alike, table, prior="tolerances")
+        assert again.chi_square == pytest.approx(by_beam.chi_square, rel=1e-6)
+        np.testing.assert_allclose(again.covariance, by_beam.covariance, rtol=1e-5)
+
+
+def test_correlations_are_read_by_other_names_too(tmp_path):
+    robot = symkin.load_mechanism("linear_delta")
+    poses = symkin.sample_workspace(robot, 3, seed=3).poses
+    table = {f"{axis}_m": column for axis, column in zip("xyz", poses.T, strict=True)}
+    readings = robot.inverse_kinematics(poses).T
+    table |= {f"psi_{leg}_m": column for leg, column in enumerate(readings, 1)}
+    table |= {f"{axis}_sd_um": np.full(3, 20.0) for axis in "xyz"}
+    table["rho"] = np.array([0.5, np.nan, -0.5])
+    (tmp_path / "columns.toml").write_text(
+        '[measurements]\nposition = ["x_m", "y_m", "z_m"]\n'
+        'readings = ["psi_1_m", "psi_2_m", "psi_3_m"]\nnames = { xz_correlation = "rho", '
+        'x_sd_um = "x_sd_um", y_sd_um = "y_sd_um", z_sd_um = "z_sd_um" }\n',
+        encoding="utf-8",
+    )
+    columns = symkin.load_columns(tmp_path / "columns.toml")
+    found = symkin.read_measurements(table, robot, columns)
+    assert found.pose_correlations is not None
+    np.testing.assert_array_equal(found.pose_correlations[:, 1], [0.5, np.nan, -0.5])
+
+
+def test_what_is_no_covariance_is_refused_with_its_row():
+    poses, readings = np.zeros((2, 3)), np.zeros((2, 3))
+    some = {"pose_space": "translating", "reading_unit": "m"}
+    sizes = np.full((2, 3), 1e-5)
+    between = np.array([[np.nan] * 3, [0.9, 0.9, -0.9]])
+    with pytest.raises(SymkinError, match=r"row 2 has the correlations .* positive definite"):
+        symkin.Measurements.of(
+            poses, readings, **some, pose_deviations=sizes, pose_correlations=between
+        )
+    with pytest.raises(SymkinError, match=r"row 2 has a correlation .* no standard deviation"):
+        symkin.Measurements.of(poses, readings, **some, pose_correlations=0.5 * between)
+    with pytest.raises(SymkinError, match=r"have shape \(2, 2\); expected \(2, 3\)"):
+        symkin.Measurements.of(
+            poses, readings, **some, pose_deviations=sizes, pose_correlations=between[:, 1:]
+        )

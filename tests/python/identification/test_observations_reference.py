@@ -322,3 +322,34 @@ def test_a_wrong_distance_between_rows_is_named_and_its_pair_is_left_out_togethe
     worst = int(np.nanargmax(np.abs(np.where(rows.kind == KINDS.index("separations"), rows.t, 0))))
     assert (rows.pose[worst], abs(rows.blunder[worst])) == (7, pytest.approx(2e-3, rel=0.3))
     assert rows.what(worst, "translating") == "distance from the other row of pair 1"
+
+
+def test_many_heights_above_one_row_are_as_heights_above_a_reference_that_is_exact():
+    robot, rows = symkin.load_mechanism("linear_delta"), 41
+    random = np.random.default_rng(1)
+    poses = symkin.sample_workspace(robot, rows, seed=2).poses
+    noise = robot.noise
+    readings = disturb(robot, 2).inverse_kinematics(poses)
+    readings += random.normal(0, noise.reading, readings.shape)
+    above = poses[:, 2] - poses[0, 2] + random.normal(0, noise.position, rows)
+    above[0] = 0.0
+    nothing, some = np.full_like(poses, np.nan), np.arange(rows) > 0
+    of = {"reading_unit": "m", "pose_space": "translating"}
+    hub = symkin.Measurements.of(
+        nothing,
+        readings,
+        **of,
+        partners=some[:, None].astype(int),
+        rises=np.where(some, above, np.nan)[:, None],
+    )
+    deviations = np.where(some, noise.position, 0.0)
+    against = symkin.Measurements.of(
+        nothing, readings, **of, heights=above, height_deviations=deviations
+    )
+    block = symkin.identify(robot, hub, free=["leg?"], prior="tolerances")
+    row = symkin.identify(robot, against, free=["leg?", "plane.c0"], prior="tolerances")
+    assert block.degrees_of_freedom == row.degrees_of_freedom == rows - 1
+    assert block.chi_square == pytest.approx(row.chi_square, rel=1e-8)
+    by = np.nan_to_num(block.mechanism.deviations, nan=1.0)
+    off = (block.mechanism.parameters - row.mechanism.parameters) / np.where(by > 0, by, 1.0)
+    assert np.abs(off).max() < 1e-6
