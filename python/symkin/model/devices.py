@@ -142,9 +142,9 @@ _ALL = (
     Device("nothing (redundant encoders)", ("readings",), None, None,
            "nothing but the encoders, whose noise is the robot's own"),
     Device("caliper on prints", (), None, None, "",
-           missing="it measures distances between two poses, which plans cannot hold; measured "
-                   "along x on a delta's print, a length goes to `symkin identify --printed`, "
-                   'beside heights of a "bed probe"'),
+           missing="it measures distances between two poses, which plans cannot hold; `symkin "
+                   "identify` takes them as rows in pairs, pair1_distance_mm, or one along x on a "
+                   'delta\'s print by --printed, beside heights of a "bed probe"'),
 )
 # fmt: on
 DEVICES: Mapping[str, Device] = {each.kind: each for each in _ALL}

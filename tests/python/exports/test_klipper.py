@@ -227,6 +227,9 @@ def test_distances_that_were_told_are_rows_in_pairs_and_show_the_rods_in_one_com
     assert main(["import", str(file), "--out", str(out)]) == 0
     files = [str(out / name) for name in ("mechanism.toml", "probed.csv")]
     assert main(["identify", *files, "--out", str(out / "calibrated")]) == 0
+    piece = with_printed_length(found.mechanism, found.measurements, PrintedLength(0.1, 0.1001))
+    assert piece.partners is not None
+    assert piece.partners[-2:].tolist() == [[0], [0]]
     capsys.readouterr()
     robot = symkin.load_mechanism(out / "calibrated" / "calibrated.toml")
     rods = robot.parameters[:, robot.parameter_names.index("distal_length")]
