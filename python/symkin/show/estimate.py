@@ -434,6 +434,8 @@ def _change(each: Unknown) -> str:
     if not math.isfinite(each.change):
         return NONE
     factor, name = on_paper(each.unit)
+    if name == "s":  # of a clock, which nobody sets by its own size
+        factor, name = 1e3, "ms"
     if name == each.unit:
         factor = 100 / abs(each.nominal or 1.0)
         name = "%" + each.unit.removeprefix("1")[: 0 if each.nominal else None]

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Samples that were taken while the robot moved, by a device whose clock is off."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -49,6 +51,7 @@ def test_the_offset_of_a_clock_is_found_by_the_speeds_of_the_readings(robot, mov
     assert abs(clock.value - LATE) < 4 * clock.deviation
     # To first order in the offset, of which the second is a millimetre in a hundred.
     assert 0.5 < found.chi_square / found.degrees_of_freedom < 1.5
+    assert re.search(r"clock +s .* \+[34]\.\d+ ms ", found.text(whole=True))
 
 
 def test_speeds_and_velocities_are_written_and_read_by_the_command(robot, moving, tmp_path, capsys):
