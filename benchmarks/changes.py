@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: MIT
 """What changes while a robot is measured: whether it is noticed, and what it costs as an unknown.
 
-Usage: .venv/bin/python benchmarks/changes.py [robots]
+Usage: .venv/bin/python benchmarks/changes.py [robots] [mechanism ...] [what ...]
 
 First the share of a drift that poses show in three orders of visiting, and the way through them.
 Then robots of which something changes, normal in its size, by four standard deviations of what it
 changes: how many are doubted for it, and how many of these by its name; then with it as an unknown
 how many 95% intervals of parameters and of slopes hold the truth, and the end-effector error over
-that of the same robots without a change. Last sound robots: how many are doubted by these tests.
+that of the same robots without a change, and what both expect. Last sound robots: how many are
+doubted by these tests.
 """
 
 import sys
@@ -27,12 +28,14 @@ _POSES = 60
 _SIZE = 4.0  # standard deviations of the noise
 _EVALUATED = 300
 _ESTIMATOR = {"estimator": "joint"}
+_MECHANISMS = ("3RRR", "rotary_delta", "hexapod_jugglebot")
 
 
 def main() -> None:
     """Print a line for each order, and one for each kind of change."""
     robots = int(sys.argv[1]) if len(sys.argv) > 1 else 100
-    for name in ("3RRR", "rotary_delta", "hexapod_jugglebot"):
+    asked = sys.argv[2:]
+    for name in [each for each in _MECHANISMS if each in asked] or _MECHANISMS:
         mechanism = symkin.load(name)
         sample = symkin.sample_workspace(mechanism, 3000, seed=1)
         plans = {
@@ -46,15 +49,20 @@ def main() -> None:
             print(f"{name}, {visit}: way {way:.2f}, drift shown {plan.drift_shown:.2f}", flush=True)
         plan = plans["there_and_back"]
         cloud = sample.poses[:: -(-len(sample.poses) // _EVALUATED)]
+        wanted = [each for each in asked if each not in _MECHANISMS]
         doubted, plain = [], []
         for seed in range(1, robots + 1):
             # A change of nothing, so that the noise is the same as with one.
             taken = symkin.simulate(mechanism, plan, seed, changes={"leg1.drift": 0.0})
             found = symkin.identify(mechanism, taken.measurements, **_ESTIMATOR)
-            doubted.append(any(doubt.code in CHANGES for doubt in found.doubts))
-            plain.append(error(found, taken, cloud))
-        print(f"{name}, sound: doubted {100 * np.mean(doubted):.1f}%", flush=True)
+            if not wanted:
+                doubted.append(any(doubt.code in CHANGES for doubt in found.doubts))
+            plain.append((error(found, taken, cloud), found.expected_accuracy(cloud).position))
+        if not wanted:
+            print(f"{name}, sound: doubted {100 * np.mean(doubted):.1f}%", flush=True)
         for what, names, option, code in kinds(mechanism):
+            if wanted and what not in wanted:
+                continue
             print(
                 f"{name}, {what}: {of_kind(mechanism, plan, cloud, names, option, code, plain)}",
                 flush=True,
@@ -103,7 +111,7 @@ def of_kind(
     names: dict[str, float],
     option: dict[str, Any],
     code: str,
-    plain: list[float],
+    plain: list[tuple[float, float]],
 ) -> str:
     """What becomes of robots of which this changes."""
     noticed, named, held, slopes, errors = [], [], [], [], []
@@ -122,13 +130,15 @@ def of_kind(
         for name, true in changes.items():
             own = found.params["leg1.growth" if name == "growth" else name]
             slopes.append(abs(own.value - true) < found.interval * own.deviation)
-        errors.append(error(found, taken, cloud))
-    ratio = np.sqrt(np.mean(np.square(errors)) / np.mean(np.square(plain)))
+        errors.append((error(found, taken, cloud), found.expected_accuracy(cloud).position))
+    ratio, expected = np.sqrt(
+        np.square(errors).mean(axis=0) / np.square(plain).mean(axis=0)
+    ).tolist()
     right = 100 * np.sum(named) / max(np.sum(noticed), 1)
     return (
         f"doubted {100 * np.mean(noticed):.0f}%, of these by name {right:.0f}%; as an unknown "
         f"intervals hold {100 * np.mean(held):.1f}%, of slopes {100 * np.mean(slopes):.1f}%, "
-        f"error {ratio:.2f} of that without"
+        f"error {ratio:.2f} of that without, {expected:.2f} expected"
     )
 
 

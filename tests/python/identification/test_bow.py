@@ -8,6 +8,7 @@ import pytest
 
 import symkin
 from symkin.analysis.observed import Observed
+from symkin.estimate.problem import KINDS
 from symkin.model.settings import Frames
 
 PLANE = (3e-4, 2e-3, -1e-3)
@@ -129,3 +130,21 @@ def test_a_wrong_bow_is_refused_in_words(delta, plan, options, words):
 def test_a_bow_without_heights_is_refused(delta):
     with pytest.raises(symkin.SymkinError, match="a bed that is probed"):
         symkin.make_plan(delta, symkin.sample_workspace(delta, 300, seed=1), 12, bow="0.1 mm")
+
+
+def test_differences_of_height_bend_with_the_bed(delta, plan):
+    exact = delta.replace(noise=dataclasses.replace(delta.noise, position=1e-7, reading=1e-9))
+    bed = (*PLANE, BOW, rim_of(plan))
+    both = Observed(("height", "rise"), plane=bed)
+    taken = symkin.simulate(exact, plan, 1, actual=exact, observe=both).measurements
+    assert np.isfinite(taken.rises).sum() == len(taken) // 2
+    asked = {"frames": ["plane"], "fixed": ["leg*"]}
+    flat = symkin.identify(exact, taken, **asked)
+    bowed = symkin.identify(exact, taken, bow="0.3 mm", **asked)
+    own = bowed.params["plane.bow"]
+    at_rim = own.value * (rim_of(plan) / bowed.mechanism.frames.plane[4]) ** 2
+    assert abs(at_rim - BOW) < 4 * own.deviation < 1e-6
+    of_rises = bowed.rows.kind == KINDS.index("rises")
+    assert of_rises.sum() == len(taken) // 2
+    assert np.sqrt(np.mean(bowed.rows.t[of_rises] ** 2)) < 1.5
+    assert np.sqrt(np.mean(flat.rows.t[of_rises] ** 2)) > 100
