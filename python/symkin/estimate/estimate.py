@@ -29,8 +29,9 @@ from symkin.results import FolderResult
 from symkin.storage.tables import write_table
 from symkin.values import plain, record
 
-__all__ = ["CORRECTED", "Estimate"]
+__all__ = ["CORRECTED", "REDRAWN", "Estimate"]
 
+REDRAWN = "corrected.toml"  # the drawing without its likely mistake, if that is the cause
 CORRECTED = "corrected.csv"  # the measurements without their likely mistake, if that is the cause
 
 
@@ -120,7 +121,7 @@ class Estimate(Examined[M], FolderResult):
         "residuals.csv",
         "report.html",
     )
-    SOMETIMES: ClassVar[tuple[str, ...]] = (CORRECTED,)
+    SOMETIMES: ClassVar[tuple[str, ...]] = (REDRAWN, CORRECTED)
 
     @classmethod
     def of(
@@ -247,12 +248,20 @@ class Estimate(Examined[M], FolderResult):
         self.write_tables(folder)
         if self.corrected is not None:
             self.corrected.save(folder / CORRECTED, self.nominal)
+        if self.redrawn is not None:
+            cause = self.doubts[0].words
+            header = f"As drawn, but for a mistake that its measurements show: {cause}."
+            save_mechanism(self.redrawn, folder / REDRAWN, header=header)
         super().write_files(folder, report=report)
 
     @property
     def files(self) -> tuple[str, ...]:
-        """Names of its files, the table as the likely cause corrects it among them."""
-        return self.FILES if self.corrected is None else (CORRECTED, *self.FILES)
+        """Names of its files, table and drawing as the likely cause corrects them among them."""
+        corrected = (self.redrawn, self.corrected)
+        made = [
+            name for name, each in zip(self.SOMETIMES, corrected, strict=True) if each is not None
+        ]
+        return (*made, *self.FILES)
 
     def write_tables(self, folder: Path) -> None:
         """Write the calibrated mechanism and the two tables alone."""

@@ -6,7 +6,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -42,6 +42,7 @@ from symkin.estimate.precision import (
     promising,
 )
 from symkin.estimate.solution import settled, together
+from symkin.files.mechanism_writer import can_be_read
 from symkin.model.mechanism import Mechanism
 from symkin.values import field, record
 
@@ -216,6 +217,19 @@ class Examined(Found[M]):
         None unless it is a single one that explains all, of the table and not of the mechanism.
         """
         return self._evidence.corrected
+
+    @property
+    @once
+    def redrawn(self) -> M | None:
+        """The mechanism as the likely cause would have it drawn, for `identify`.
+
+        None unless it is a single one that explains all, of the drawing (a working mode, a gain, a
+        zero, what is held) and not of the table alone; and where no file could say it.
+        """
+        found = self._evidence.redrawn
+        if found is None or not can_be_read(found):
+            return None
+        return cast("M", found)
 
     @property
     @once

@@ -7,6 +7,7 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -88,6 +89,16 @@ def save_mechanism(
         except SymkinError as error:
             reason = str(error).replace(str(target), str(path))
             raise SymkinError(f"a file of this mechanism could not be read: {reason}") from error
+
+
+def can_be_read(mechanism: Mechanism) -> bool:
+    """Whether a file of this mechanism would be one that can be used."""
+    with TemporaryDirectory() as folder:
+        try:
+            save_mechanism(mechanism, Path(folder) / "robot.toml")
+        except SymkinError:
+            return False
+    return True
 
 
 def _commented(text: str, source: Path | None) -> str:

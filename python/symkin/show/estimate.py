@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin.estimate.covariates import sessions_of
-from symkin.estimate.estimate import CORRECTED, Estimate
+from symkin.estimate.estimate import CORRECTED, REDRAWN, Estimate
 from symkin.estimate.evidence.findings import few
 from symkin.estimate.parameters import Unknown, shared_by_role
 from symkin.estimate.problem import KINDS
@@ -154,6 +154,8 @@ def _next_step(found: Estimate) -> str:
     """What to do now: what keeps it from converging, what speaks against it, or where to go."""
     if found.corrected is not None:
         return f"if that is what happened, identify from {CORRECTED}, the table so corrected"
+    if found.redrawn is not None:
+        return f"if that is so, identify from {REDRAWN}, the drawing so corrected"
     if not found.converged:
         return (
             "look for what keeps the estimate from converging: units, frames, signs, the order of "
@@ -171,15 +173,19 @@ def _next_step(found: Estimate) -> str:
 
 def _next_command(found: Estimate) -> str:
     """What does the next step; empty where a person must act first."""
-    if found.corrected is not None:
+    if found.corrected is not None or found.redrawn is not None:
         asked: dict[str, Any] = {}
         for each in (found.doubts[0], *found.doubts[0].then):
             asked |= each.options
         corrected = dataclasses.replace(found.options, **asked).on_command_line()
-        if corrected is None:
+        source = found.measurements.source
+        if corrected is None or (found.corrected is None and source is None):
             return ""
-        robot = typed_name(found.nominal)
-        return f"symkin identify {robot} {{folder}}/{CORRECTED}{corrected} --out corrected"
+        robot = f"{{folder}}/{REDRAWN}" if found.redrawn is not None else typed_name(found.nominal)
+        table = (
+            f"{{folder}}/{CORRECTED}" if found.corrected is not None else shlex.quote(str(source))
+        )
+        return f"symkin identify {robot} {table}{corrected} --out corrected"
     if not found.trustworthy or found.heights is not None:
         return ""
     if found.cross_validation is not None:

@@ -15,6 +15,8 @@ import numpy as np
 import pytest
 
 import symkin as library
+from symkin.estimate import Estimate
+from symkin.estimate.evidence.edits import in_modes
 from symkin.pipeline import ProtocolResult
 from symkin.show.wording import milli
 
@@ -335,6 +337,57 @@ def test_identify_writes_the_table_as_its_likely_cause_corrects_it(
         assert command == f"3RRR {tmp_path / name / 'corrected.csv'}"
         again = library.read_measurements(tmp_path / name / "corrected.csv", robot)
         np.testing.assert_allclose(again.readings, sound.readings)
+
+
+@pytest.mark.parametrize(
+    ("name", "code", "legs", "change", "asked"),
+    [
+        ("3RRR", "working-mode", (0,), {}, ()),
+        ("3RRR", "gain", (1,), {"sensor_gain": (1.5, 0.0)}, ()),
+        ("linear_delta", "zero", (0,), {"sensor_offset": (1.0, 0.03)}, ()),
+        (
+            "linear_delta",
+            "held-factor",
+            (0, 1, 2),
+            {"sensor_gain": (1.25, 0.0)},
+            ("--fixed", "sensor_gain", "--prior", "tolerances"),
+        ),
+    ],
+    ids=lambda each: each if isinstance(each, str) else "",
+)
+def test_the_command_that_follows_a_wrong_drawing_cures_it(
+    symkin: Callable,
+    tmp_path: Path,
+    name: str,
+    code: str,
+    legs: tuple[int, ...],
+    change: dict[str, tuple[float, float]],
+    asked: tuple[str, ...],
+) -> None:
+    drawn = library.load_mechanism(name)
+    parameters = drawn.parameters.copy()
+    for parameter, (factor, shift) in change.items():
+        column = list(drawn.parameter_names).index(parameter)
+        parameters[legs, column] = factor * parameters[legs, column] + shift
+    built = drawn.with_parameters(parameters, symmetry=None)
+    if code == "working-mode":
+        modes = [
+            -leg.working_mode if i in legs else leg.working_mode for i, leg in enumerate(drawn.legs)
+        ]
+        built = in_modes(drawn, modes)[0]
+    if asked:  # then no robot differs from its drawing in what is held but by the factor
+        built = built.replace(tolerances=dataclasses.replace(built.tolerances, gain=1e-9))
+    taken = library.simulate(built, library.plan(built, seed=1), seed=3).measurements
+    taken.save(tmp_path / "measured.csv", built)
+    into = ("--no-report", "--out", tmp_path / "out")
+    first = symkin("identify", name, tmp_path / "measured.csv", *asked, *into)
+    found = library.read_estimate(tmp_path / "out")
+    assert [(each.code, each.legs) for each in found.doubts] == [(code, legs)]
+    (command,) = re.findall(r"^  symkin (identify .*) --out corrected$", first.out, re.M)
+    assert f"{tmp_path / 'out' / 'corrected.toml'}" in command
+    cured = symkin(*shlex.split(command), "--no-report", "--out", tmp_path / "cured")
+    assert "nothing speaks against the estimate" in cured.words
+    assert {each.name for each in (tmp_path / "cured").iterdir()}.isdisjoint(Estimate.SOMETIMES)
 
 
 def test_an_interrupted_search_for_causes_loses_no_estimate(

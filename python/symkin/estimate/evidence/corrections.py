@@ -41,6 +41,8 @@ __all__ = [
 ]
 
 _TOO_GOOD = 0.1  # per degree of freedom; with few degrees it may be chance
+# Causes that say of a parameter that the drawing has it wrong; an empty name is a figure of theirs.
+_OF_THE_DRAWING = {"gain": "sensor_gain", "zero": "sensor_offset", "held-factor": ""}
 _EXPLAINED = 3.0  # per degree of freedom, at most, of what is named as the cause
 _BETTER = 20.0  # of chi-square: corrections that differ by less are not told apart
 # Poses (without and with unknown frames) and steps of first looks, which what is mistaken does not
@@ -73,6 +75,8 @@ class Hypothesis(Value):
         not.
     table : Measurements or None
         The measurements as it corrects them; None if it leaves them as they are.
+    drawing : Mechanism or None
+        The mechanism as it corrects that; None if it leaves it as it is.
     """
 
     derived: ClassVar[tuple[str, ...]] = ("what",)
@@ -83,6 +87,7 @@ class Hypothesis(Value):
     limit: float
     proposed: bool
     table: Measurements | None = field(private=True, compare=False, repr=False, default=None)
+    drawing: Mechanism | None = field(private=True, compare=False, repr=False, default=None)
 
     @property
     def what(self) -> str:
@@ -180,6 +185,14 @@ def corrected_table(tried: Sequence[Hypothesis]) -> Measurements | None:
     return proposed[0].table
 
 
+def corrected_drawing(tried: Sequence[Hypothesis]) -> Mechanism | None:
+    """The mechanism as the one cause that explains the measurements corrects it, if it does."""
+    proposed = [each for each in tried if each.proposed and each.cause is not None]
+    if len(proposed) != 1 or not proposed[0].explained:
+        return None
+    return proposed[0].drawing
+
+
 def hypotheses_of(
     nominal: Mechanism,
     measurements: Measurements,
@@ -248,7 +261,8 @@ def _judged(stated: Correction, listed: ShortList, shaped: bool) -> tuple[Hypoth
         proposed = id(each) in named and _explains(fit, as_stated, freed=freed, weak=weak)
         table = tables[each.key]
         edited = None if table is unchanged else table
-        hypotheses.append(_told(each, fit, proposed=proposed, table=edited))
+        told = _told(each, fit, proposed=proposed, table=edited)
+        hypotheses.append(dataclasses.replace(told, drawing=_redrawn(stated, each, fit, told)))
     kept = {id(each) for each in rivals}
     hypotheses += [_told(each, fit) for each, fit in tried if fit and id(each) not in kept]
     return tuple(sorted(hypotheses, key=lambda each: (not each.proposed, each.per_degree)))
@@ -352,6 +366,22 @@ def _is_among(correction: Correction, others: Iterable[Correction]) -> bool:
 
 def _as_it_is(_: _core.JointFit) -> None:
     """No mistake."""
+
+
+def _redrawn(
+    stated: Correction, corrected: Correction, fit: _core.JointFit, told: Hypothesis
+) -> Mechanism | None:
+    """The mechanism as a correction has it, if it says that the drawing is wrong."""
+    nominal, cause = stated.mechanism, told.cause
+    if corrected.mechanism is not nominal:
+        return corrected.mechanism
+    if cause is None or cause.code not in _OF_THE_DRAWING:
+        return None
+    name = _OF_THE_DRAWING[cause.code] or str(cause.figures["name"])
+    place, legs = list(nominal.parameter_names).index(name), list(cause.legs)
+    parameters = nominal.parameters.copy()
+    parameters[legs, place] = fit.setup.parameters[legs, place]
+    return nominal.with_parameters(parameters, symmetry=None)
 
 
 def _told(

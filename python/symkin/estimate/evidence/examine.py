@@ -20,6 +20,7 @@ from symkin.estimate.evidence.changes import CHANGES, change_tests, doubts_of_ch
 from symkin.estimate.evidence.corrections import (
     Budget,
     Hypothesis,
+    corrected_drawing,
     corrected_table,
     hypotheses_of,
     likely_cause,
@@ -61,6 +62,7 @@ from symkin.estimate.evidence.wider import Alternative, alternatives_of, doubts_
 from symkin.estimate.fit import by_leg
 from symkin.estimate.found import Found
 from symkin.estimate.solution import together
+from symkin.model.mechanism import Mechanism
 
 __all__ = ["Evidence", "Noticed", "judged", "noticed"]
 
@@ -108,13 +110,15 @@ class Noticed(NamedTuple):
 class Evidence(NamedTuple):
     """What is to be told of it, and whether every correction could be tried.
 
-    `corrected` are the measurements as the likely cause corrects them, if it is one of the table.
+    `corrected` are the measurements as the likely cause corrects them, if it is one of the table,
+    `redrawn` is the mechanism, if it is one of the drawing.
     """
 
     doubts: tuple[Doubt, ...]
     hypotheses: tuple[Hypothesis, ...]
     complete: bool
     corrected: Measurements | None = None
+    redrawn: Mechanism | None = None
 
 
 def noticed(
@@ -240,6 +244,7 @@ def _judged(estimate: Found, what: Noticed) -> Evidence:
     cause: Doubt | None = None
     tried: tuple[Hypothesis, ...] = ()
     corrected: Measurements | None = None
+    redrawn: Mechanism | None = None
     budget = Budget()
     changed = whole_change(what.symptoms)
     if changed is not None:  # what it does to the residuals is not told beside it
@@ -256,10 +261,12 @@ def _judged(estimate: Found, what: Noticed) -> Evidence:
             tried = hypotheses_of(*asked, by_leg=bool(found.legs), budget=budget, shaped=shaped)
             cause = likely_cause(tried)
             if rows is estimate.measurements:  # no row of these is lost
-                corrected = corrected_table(tried)
+                corrected, redrawn = corrected_table(tried), corrected_drawing(tried)
             if rest is found.measurements or (cause is not None and cause.explains):
                 break
     told = doubts if cause is None else (cause, *what.lasting)
     if cause is None or not cause.explains:
-        corrected = None
-    return Evidence(told, tried, not budget.spent, corrected)
+        corrected = redrawn = None
+    if redrawn is not None:  # leg by leg a cause is looked for in the robot's own frame
+        redrawn = redrawn.replace(frames=found.nominal.frames)
+    return Evidence(told, tried, not budget.spent, corrected, redrawn)
