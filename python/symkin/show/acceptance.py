@@ -16,6 +16,7 @@ _WORSE = 1.1  # times the error of the drawing: no longer that of a calibration 
 _LINE = "_" * 24
 _SHOWN_POSES = 5
 _DIGITS = 16  # of a digest
+_LEAST_P = 1e-6
 
 
 def acceptance_page(found: Acceptance) -> Page:
@@ -277,7 +278,8 @@ def comparison_of_calibrations_page(found: Comparison) -> Page:
 
 
 def _p_value(value: float) -> str:
-    return f"p = {significant(value, 2)}"
+    # No tail is known so far out that a smaller one would mean something.
+    return f"p < {_LEAST_P:f}" if value < _LEAST_P else f"p = {significant(value, 2)}"
 
 
 def _chi(statistic: float, degrees: int) -> str:

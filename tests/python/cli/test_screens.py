@@ -68,6 +68,18 @@ def test_a_calibration_of_another_robot_is_doubted_where_its_drawing_is_nearer(
     assert "the drawing describes" not in symkin(*tested).words
 
 
+def test_a_comparison_of_two_robots_does_not_say_that_noise_never_does_that(
+    symkin: Callable, protocol: Path, tmp_path: Path
+) -> None:
+    other = ("simulate", "3RRR", "--plan", protocol / "plan.csv", "--seed", 5, "--out", tmp_path)
+    assert symkin(*other).code == 0
+    quick = ("--no-report", "--out", tmp_path / "other")
+    assert symkin("identify", "3RRR", tmp_path / "measurements.csv", *quick).code == 0
+    told = symkin("compare", protocol, tmp_path / "other").out
+    assert re.search(r"^Frames aside +p < 0\.000001 ", told, re.MULTILINE)
+    assert "What changed most" in told
+
+
 def test_a_comparison_says_which_rows_both_calibrations_have(
     symkin: Callable, protocol: Path
 ) -> None:
