@@ -62,6 +62,8 @@ def poses_taken(mechanism: Mechanism, poses: Array) -> list[Array]:
         taken = np.array(_core.forward_kinematics(robot, readings, poses).poses)
         known = np.isfinite(taken).all(axis=1)
         taken[~known] = poses[~known]
-        reached = np.asarray(np.isfinite(mechanism.inverse_kinematics(taken)).all(axis=1))
-        found.append(np.where(reached[:, None], taken, poses))
+        # The nearest that the drawing has, of which legs may guide the platform otherwise.
+        drawn = mechanism.forward_kinematics(mechanism.inverse_kinematics(taken), taken)[0]
+        reached = np.asarray(np.isfinite(drawn).all(axis=1))
+        found.append(np.where(reached[:, None], drawn, poses))
     return found

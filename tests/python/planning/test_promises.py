@@ -173,6 +173,21 @@ def test_a_pose_that_a_robot_cannot_take_is_judged_as_it_was_told():
 
 
 @pytest.mark.parametrize("asked", [{}, {"assume": {"scale": 1e-7}}])
+def test_legs_that_guide_the_platform_are_promised_what_they_keep(asked):
+    # No pose that such a robot takes is one of its drawing.
+    mechanism = symkin.load("3PRS")
+    sample = symkin.sample_workspace(mechanism, 400, seed=1)
+    plan = symkin.make_plan(mechanism, sample, 24)
+    limits = {name: 1e-3 * value for name, value in vars(mechanism.tolerances).items()}
+    as_drawn = mechanism.replace(tolerances=Tolerances(**limits))
+    made, exact = (
+        symkin.predict_accuracy(each, plan, sample, "joint", **asked)
+        for each in (mechanism, as_drawn)
+    )
+    assert made.position == pytest.approx(exact.position, rel=0.03)
+
+
+@pytest.mark.parametrize("asked", [{}, {"assume": {"scale": 1e-7}}])
 def test_a_plan_of_robots_that_are_far_from_the_drawing_promises_less(asked):
     # At the drawing the best poses are best; robots with errors are not there.
     promised = []
