@@ -52,8 +52,9 @@ std::vector<Step> steps_of(const Steps& given) {
 
 symkin::PoseSpace space_named(const std::string& name) {
   using symkin::PoseSpace;
-  for (const PoseSpace space : {PoseSpace::planar, PoseSpace::point, PoseSpace::spatial,
-                                PoseSpace::translating, PoseSpace::spherical}) {
+  for (const PoseSpace space :
+       {PoseSpace::planar, PoseSpace::point, PoseSpace::spatial, PoseSpace::translating,
+        PoseSpace::spherical, PoseSpace::schoenflies}) {
     if (to_string(space) == name) {
       return space;
     }
@@ -65,7 +66,7 @@ Declaration make_declaration(const std::string& name, const std::string& space,
                              const Joints& joints, const Transforms& transforms, const Loops& loops,
                              const Scalars& scalars, const symkin::Vector& home_pose,
                              const symkin::Vector& home_joints,
-                             const std::vector<symkin::Index>& free) {
+                             const std::vector<symkin::Index>& free, bool recognise) {
   static const std::map<std::string, JointKind> kinds = {{"R", JointKind::turn},
                                                          {"P", JointKind::slide}};
   static const std::map<std::string, Compares> comparisons = {
@@ -85,7 +86,7 @@ Declaration make_declaration(const std::string& name, const std::string& space,
                                " joints; expected " + std::to_string(symkin::coordinate_count(of)) +
                                " and " + std::to_string(own));
   }
-  Declaration made{name, of, {}, home_pose, home_joints, free};
+  Declaration made{name, of, {}, home_pose, home_joints, free, recognise};
   for (const auto& [kind, axis, read, follows, ratio, offset] : joints) {
     made.leg.joints.push_back(
         {named(kinds, kind), Eigen::Vector3d(axis.data()), read, follows, ratio, offset});
@@ -107,7 +108,7 @@ void bind_declared(py::module_& module) {
   py::class_<Declaration>(module, "Declaration")
       .def(py::init(&make_declaration), py::arg("name"), py::arg("pose_space"), py::arg("joints"),
            py::arg("transforms"), py::arg("loops"), py::arg("scalars"), py::arg("home_pose"),
-           py::arg("home_joints"), py::arg("free"));
+           py::arg("home_joints"), py::arg("free"), py::arg("recognise"));
   module.def(
       "joints_at_home",
       [](const Declaration& declaration, const std::vector<bool>& known) {
@@ -117,6 +118,8 @@ void bind_declared(py::module_& module) {
                                                 known);
       },
       py::arg("declaration"), py::arg("known"));
+  module.def("joints_at", &symkin::declared::joints_at, py::arg("declaration"),
+             py::arg("parameters"), py::arg("poses"));
   module.def("redundant_scalars", &symkin::declared::redundant_scalars, py::arg("readings"));
   module.def(
       "declare_chain", [](const Declaration& declaration) { symkin::declare_chain(declaration); },

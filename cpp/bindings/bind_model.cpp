@@ -83,6 +83,8 @@ void bind_chains(py::module_& module) {
                              [](const ChainInfo& self) { return is_angle(self.active_joint); })
       .def("is_angular", &ChainInfo::is_angular, py::arg("parameter"))
       .def_readonly("closures", &ChainInfo::closures)
+      .def_readonly("hangs", &ChainInfo::hangs)
+      .def_property_readonly("runs_as", [](const ChainInfo& self) { return self.runs_as; })
       .def_property_readonly("free_coordinates", &symkin::free_coordinates)
       .def_readonly("mode_is_orientation", &ChainInfo::mode_is_orientation)
       .def_property_readonly("working_mode",
@@ -141,6 +143,7 @@ void bind_mechanism(py::module_& module) {
       .def_property_readonly("dof", &Mechanism::dof)
       .def_property_readonly("mobility", &Mechanism::mobility)
       .def_property_readonly("redundant", &Mechanism::redundant)
+      .def_property_readonly("underdetermined", &Mechanism::underdetermined)
       .def_property_readonly("leg_count", &Mechanism::leg_count)
       .def_property_readonly("parameters", &Mechanism::parameters)
       .def_property_readonly("estimated_parameters",

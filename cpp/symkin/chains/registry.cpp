@@ -46,6 +46,7 @@ Platform platform_of(PoseSpace space) {
   return space == PoseSpace::point         ? Platform::point
          : space == PoseSpace::translating ? Platform::translating
          : space == PoseSpace::spherical   ? Platform::spherical
+         : space == PoseSpace::schoenflies ? Platform::schoenflies
                                            : Platform::rigid;
 }
 
@@ -133,6 +134,10 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
                        "orientation");
   }
   const auto names = chain_names(platform);
+  if (names.empty()) {
+    throw InvalidInput("no known chain carries a schoenflies platform, and chain " + quoted +
+                       " is not declared; expected its joints in [chains.NAME]");
+  }
   if (platform == Platform::spherical && (carried(Platform::rigid) || carried(Platform::point))) {
     throw InvalidInput("chain " + quoted +
                        " cannot carry a spherical platform, whose links turn about one centre; "
@@ -185,8 +190,12 @@ Platform platform_named(std::string_view name) {
   if (name == "spherical") {
     return Platform::spherical;
   }
+  if (name == "schoenflies") {
+    return Platform::schoenflies;
+  }
   throw InvalidInput("unknown platform \"" + std::string(name) +
-                     "\"; expected \"rigid\", \"point\", \"translating\" or \"spherical\"");
+                     "\"; expected \"rigid\", \"point\", \"translating\", \"spherical\" or "
+                     "\"schoenflies\"");
 }
 
 std::vector<std::string> chain_names(Platform platform) {

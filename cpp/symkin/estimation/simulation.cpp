@@ -14,6 +14,21 @@ namespace {
 // Streams of the one seed, so that what is drawn for one purpose does not move another.
 enum Stream : std::uint64_t { kParameters = 1, kMeasurements = 2 };
 
+// Where the robot goes. Gravity decides what legs leave open: a platform that hangs is where it was
+// sent, and its legs are as long as they are there.
+ForwardKinematicsResult taken_by(const Mechanism& actual, const RowMatrix& commanded,
+                                 ConstRows poses, RowMatrix& readings) {
+  if (!actual.underdetermined()) {
+    readings = commanded;
+    return forward_kinematics(actual, commanded, poses);
+  }
+  readings = inverse_kinematics(actual, poses);
+  ForwardKinematicsResult taken;
+  taken.poses = poses;
+  taken.status.assign(static_cast<std::size_t>(poses.rows()), ForwardStatus::converged);
+  return taken;
+}
+
 void add_noise(PoseSpace space, const MeasurementNoise& noise, Random& random, Rows poses,
                Rows readings) {
   const Vector deviations = noise.pose_variances(space).cwiseSqrt();
@@ -108,8 +123,9 @@ Simulation simulate(const Mechanism& actual, const Mechanism& model,
   Index next = 0;
   for (std::size_t number = 0; number < sets.size(); ++number) {
     const PoseSet& set = sets[number];
-    const RowMatrix commanded = inverse_kinematics(model, set.poses);
-    const ForwardKinematicsResult taken = forward_kinematics(actual, commanded, set.poses);
+    RowMatrix commanded;
+    const ForwardKinematicsResult taken =
+        taken_by(actual, inverse_kinematics(model, set.poses), set.poses, commanded);
     const RowMatrix readings = sensed(actual, taken, commanded);
     const std::vector<Index> rows = measurable(set, taken, readings, number + 1);
     Index replaced = 0;

@@ -2,12 +2,42 @@
 #include "symkin/kinematics/forward_kinematics.hpp"
 
 #include <algorithm>
+#include <array>
 #include <string>
 
+#include "symkin/kinematics/inverse_kinematics.hpp"
+#include "symkin/model/frame.hpp"
 #include "symkin/model/one_by_one_newton.hpp"
+#include "symkin/support/dense.hpp"
 #include "symkin/support/error.hpp"
 
 namespace symkin {
+namespace {
+
+// Of legs that bind less than the platform's freedoms: the coordinates that they leave most freely.
+std::string undetermined(const Mechanism& mechanism, ConstRows start) {
+  static constexpr std::array<const char*, 6> kNames{"x", "y", "z", "rx", "ry", "rz"};
+  const Index dof = mechanism.dof();
+  const RowMatrix pose = start.topRows(1);
+  const PoseDerivatives all = linearise_pose(mechanism, pose, inverse_kinematics(mechanism, pose));
+  RowMatrix rows = Eigen::Map<const RowMatrix>(all.by_pose.data(), all.closure.cols(), dof);
+  std::string names;
+  for (Index left = dof - rows.rows(); left > 0; --left) {
+    // What cannot move is bound; the freest of the others is bound next.
+    const RowMatrix bound = column_space(rows.transpose()).basis;
+    const Vector free = Vector::Ones(dof) - bound.rowwise().squaredNorm();
+    Index freest = 0;
+    free.maxCoeff(&freest);
+    const auto slot = static_cast<std::size_t>(
+        pose_slots(mechanism.pose_space())[static_cast<std::size_t>(freest)]);
+    names += (names.empty() ? "" : ", ") + std::string(kNames[slot]);
+    rows.conservativeResize(rows.rows() + 1, Eigen::NoChange);
+    rows.bottomRows<1>() = Eigen::RowVectorXd::Unit(dof, freest);
+  }
+  return names;
+}
+
+}  // namespace
 
 void ForwardKinematicsOptions::check() const {
   if (max_iterations < 1) {
@@ -39,6 +69,14 @@ void forward_kinematics(const Mechanism& mechanism, const RowMatrix& readings, C
   if (start.rows() != 1 && start.rows() != readings.rows()) {
     throw InvalidInput("start has " + std::to_string(start.rows()) + " poses; expected 1 or " +
                        std::to_string(readings.rows()) + ", one a row of readings");
+  }
+  if (mechanism.underdetermined()) {
+    const Index bound = mechanism.leg_count() * mechanism.closures();
+    throw InvalidInput("the readings of " + std::to_string(mechanism.leg_count()) +
+                       " legs determine " + std::to_string(bound) + " of the platform's " +
+                       std::to_string(mechanism.dof()) + " coordinates and leave " +
+                       undetermined(mechanism, start) +
+                       " to gravity; expected what is measured of the pose beside them");
   }
   if (const ChainModel* const chain = mechanism.chain()) {
     chain->forward_kinematics(mechanism.leg_values(), readings, start, options, result.poses,

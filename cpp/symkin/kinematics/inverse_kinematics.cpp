@@ -54,9 +54,12 @@ Eigenvalues<double> eigenvalues(const Gram<double, 2>& gram) {
   return {mean - apart, mean + apart};
 }
 
-Eigenvalues<double> eigenvalues(const Gram<double, 6>& gram) {
-  const Vector values = symmetric_eigenvalues(Eigen::Map<const RowMatrix>(&gram[0][0], 6, 6));
-  return {values[0], values[5]};
+template <std::size_t N>
+Eigenvalues<double> eigenvalues(const Gram<double, N>& gram) {
+  constexpr auto kSize = static_cast<Index>(N);
+  const Vector values =
+      symmetric_eigenvalues(Eigen::Map<const RowMatrix>(&gram[0][0], kSize, kSize));
+  return {values[0], values[kSize - 1]};
 }
 
 // In closed form, accurate enough for a condition number of some thousands: about their mean they
@@ -114,6 +117,22 @@ Vector conditions(const RowMatrix& jacobian, ConstVector scales, Index position,
     const auto& [smallest, largest] = of_gram;
     rows.write(Lanes<T>::select(smallest <= T(0.0), infinity, sqrt(largest / smallest)),
                conditions.data(), 1);
+  }
+  return conditions;
+}
+
+// Of fewer rows than degrees of freedom: how near the legs are to binding the platform twice in one
+// way. What they leave it is not seen.
+Vector conditions_of_few(const RowMatrix& jacobian, ConstVector scales, Index dof, Index position,
+                         double length) {
+  Vector conditions(jacobian.rows());
+  for (Index i = 0; i < jacobian.rows(); ++i) {
+    RowMatrix rows = Eigen::Map<const RowMatrix>(jacobian.row(i).data(), scales.size(), dof);
+    scale_rows(rows, scales / scales[0]);
+    rows.rightCols(dof - position) /= length;
+    const Vector values = symmetric_eigenvalues(product(rows, rows.transpose()));
+    conditions[i] = values[0] > 0 ? std::sqrt(values[values.size() - 1] / values[0])
+                                  : std::numeric_limits<double>::infinity();
   }
   return conditions;
 }
@@ -329,22 +348,35 @@ SingularityMeasures singularity_measures(const Mechanism& mechanism, ConstRows p
 Vector pose_conditions(const RowMatrix& jacobian, ConstVector scales, PoseSpace space,
                        double characteristic_length) {
   const Index position = position_size(space);
+  if (scales.size() < degrees_of_freedom(space)) {
+    return conditions_of_few(jacobian, scales, degrees_of_freedom(space), position,
+                             characteristic_length);
+  }
   switch (degrees_of_freedom(space)) {
     case 2:
       return conditions<2>(jacobian, scales, position, characteristic_length);
     case 3:
       return conditions<3>(jacobian, scales, position, characteristic_length);
+    case 4:
+      return conditions<4>(jacobian, scales, position, characteristic_length);
     default:
       return conditions<6>(jacobian, scales, position, characteristic_length);
   }
 }
 
 double pose_determinant(const double* jacobian, Index rows, Index dof) {
+  if (rows < dof) {
+    const Eigen::Map<const RowMatrix> few(jacobian, rows, dof);
+    const Vector values = symmetric_eigenvalues(product(few, few.transpose()));
+    return std::sqrt(std::max(0.0, values.prod()));
+  }
   switch (dof) {
     case 2:
       return root_determinant<2>(jacobian, rows);
     case 3:
       return root_determinant<3>(jacobian, rows);
+    case 4:
+      return root_determinant<4>(jacobian, rows);
     default:
       return root_determinant<6>(jacobian, rows);
   }

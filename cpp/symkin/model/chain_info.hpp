@@ -19,6 +19,8 @@ struct ChainInfo {
   bool mode_is_orientation;       // a reflection flips the working mode
   std::string_view working_mode;  // what the sign of the working mode means
   std::vector<Index> free{};      // see free_coordinates(); empty where the pose space tells
+  std::string_view runs_as{};     // the known chain that a declared one is, if it is one
+  bool hangs = false;             // declared as a length that is read: see Mechanism::hangs()
 
   // Radians; an offset has the unit of the active joint.
   bool is_angular(const ParameterInfo& parameter) const {

@@ -33,6 +33,7 @@ const std::vector<Index>& pose_slots(PoseSpace space) {
   static const std::vector<Index> point{0, 1};
   static const std::vector<Index> translating{0, 1, 2};
   static const std::vector<Index> spherical{3, 4, 5};
+  static const std::vector<Index> schoenflies{0, 1, 2, 5};
   static const std::vector<Index> spatial{0, 1, 2, 3, 4, 5};
   switch (space) {
     case PoseSpace::planar:
@@ -43,6 +44,8 @@ const std::vector<Index>& pose_slots(PoseSpace space) {
       return translating;
     case PoseSpace::spherical:
       return spherical;
+    case PoseSpace::schoenflies:
+      return schoenflies;
     case PoseSpace::spatial:
       break;
   }
@@ -59,8 +62,9 @@ const std::vector<Index>& frame_slots(PoseSpace space) {
 Frame frame_of_pose(PoseSpace space, const double* pose) {
   Frame frame;
   frame.position.head(position_size(space)) = Eigen::Map<const Vector>(pose, position_size(space));
-  if (space == PoseSpace::planar) {
-    frame.rotation.topLeftCorner<2, 2>() = Eigen::Rotation2Dd(pose[2]).toRotationMatrix();
+  if (has_angle(space)) {
+    frame.rotation.topLeftCorner<2, 2>() =
+        Eigen::Rotation2Dd(pose[position_size(space)]).toRotationMatrix();
   } else if (has_quaternion(space)) {
     frame.rotation = rotation_matrix(pose + position_size(space));
   }
@@ -69,8 +73,8 @@ Frame frame_of_pose(PoseSpace space, const double* pose) {
 
 void pose_of_frame(PoseSpace space, const Frame& frame, double* pose) {
   Eigen::Map<Vector>(pose, position_size(space)) = frame.position.head(position_size(space));
-  if (space == PoseSpace::planar) {
-    pose[2] = std::atan2(frame.rotation(1, 0), frame.rotation(0, 0));
+  if (has_angle(space)) {
+    pose[position_size(space)] = std::atan2(frame.rotation(1, 0), frame.rotation(0, 0));
   } else if (has_quaternion(space)) {
     const Eigen::Quaterniond turn(frame.rotation);
     Eigen::Map<Eigen::Vector4d>(pose + position_size(space)) = turn.coeffs();

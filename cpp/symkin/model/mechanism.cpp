@@ -100,12 +100,19 @@ Mechanism::Mechanism(std::string name, const ChainModel* chain, LegModels models
   for (const Leg& leg : *legs_) {
     leg_values_.push_back({leg.parameters.data(), leg.working_mode});
   }
-  if (leg_count() * closures() < dof()) {
+  if (leg_count() * closures() < dof() && !hangs()) {
     throw InvalidInput("mechanism \"" + name_ + "\" has " + std::to_string(leg_count()) +
                        " legs; a " + std::string(to_string(pose_space())) + " platform has " +
                        std::to_string(dof()) + " degrees of freedom and needs as many");
   }
   if (pose_space() == PoseSpace::spatial && closures() > 1 && redundant()) {
+    if (info().find({End::none, ParameterKind::handedness}) < info().parameters.size()) {
+      throw InvalidInput("mechanism \"" + name_ + "\" is overconstrained: " +
+                         std::to_string(leg_count()) + " legs of " + std::to_string(closures()) +
+                         " equations bind more than the platform's 6 coordinates, so that it does "
+                         "not assemble with any error; expected a platform that moves as it is "
+                         "meant to, such as \"translating\"");
+    }
     throw InvalidInput("mechanism \"" + name_ + "\" has " + std::to_string(leg_count()) +
                        " legs of chain " + std::string(info().name) + "; expected " +
                        std::to_string(dof() / closures()) +
@@ -119,6 +126,15 @@ Mechanism::Mechanism(std::string name, const ChainModel* chain, LegModels models
   } else {
     estimated_ = symkin::estimated_parameters(info(), parameters());
   }
+}
+
+bool Mechanism::hangs() const {
+  for (Index i = 0; i < leg_count(); ++i) {
+    if (!(mixed() ? *models_[static_cast<std::size_t>(i)] : *chain_).info().hangs) {
+      return false;
+    }
+  }
+  return leg_count() > 0;
 }
 
 const LegModel& Mechanism::model(Index leg) const {

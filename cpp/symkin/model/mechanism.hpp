@@ -31,9 +31,9 @@ std::vector<Index> free_coordinates(const ChainInfo& chain);
 class Mechanism {
  public:
   // Throws InvalidInput that names the leg and the parameter: at least as many closures as degrees
-  // of freedom, in space three legs of two closures, finite parameters, positive lengths (a radius
-  // or a guide offset may be zero or negative), arcs between 0 and pi, gains other than zero, modes
-  // +1 or -1.
+  // of freedom, unless it hangs, in space three legs of two closures, finite parameters, positive
+  // lengths (a radius or a guide offset may be zero or negative), arcs between 0 and pi, gains
+  // other than zero, modes +1 or -1.
   Mechanism(std::string name, const ChainModel& chain, std::vector<Leg> legs);
   // A chain a leg; where all are the same object, as above.
   Mechanism(const std::string& name, const std::vector<const ChainModel*>& chains,
@@ -58,6 +58,11 @@ class Mechanism {
   Index mobility() const { return dof() - leg_count() * (closures() - 1); }
   // Whether the readings are more than the degrees of freedom, so that they contradict each other.
   bool redundant() const { return leg_count() > mobility(); }
+  // Whether the legs may be fewer than the degrees of freedom, gravity deciding the rest: all of
+  // them are declared as lengths that are read, as cables are.
+  bool hangs() const;
+  // Whether readings leave the pose undetermined.
+  bool underdetermined() const { return leg_count() * closures() < dof(); }
   Index leg_count() const { return static_cast<Index>(legs_->size()); }
   Index closures() const { return info().closures; }  // of a leg, of each as many
   Index parameter_count() const { return static_cast<Index>(info().parameters.size()); }

@@ -127,6 +127,8 @@ Forward newton_of(const ChainInfo& chain) {
       return NewtonOneByOne<TranslatingPose<double>>::forward;
     case PoseSpace::spherical:
       return NewtonOneByOne<SphericalPose<double>>::forward;
+    case PoseSpace::schoenflies:
+      return NewtonOneByOne<SchoenfliesPose<double>>::forward;
     case PoseSpace::spatial:
       break;
   }

@@ -80,6 +80,32 @@ struct TranslatingPose {
   std::array<T, 3> position;
 };
 
+// Position in space and a turn about Z (H4).
+template <typename T>
+struct SchoenfliesPose {
+  static constexpr PoseSpace kSpace = PoseSpace::schoenflies;
+  static constexpr std::string_view kName = "schoenflies";
+  static constexpr int kPosition = 3;
+  static constexpr int kCoordinates = 4;
+  static constexpr int kDof = 4;
+  static SchoenfliesPose constant(const T* row) {
+    return {{row[0], row[1], row[2]}, Azimuth<T>(row[3])};
+  }
+  template <typename S>
+  static SchoenfliesPose variable(const S* row, int first) {
+    return {{T(row[0], first), T(row[1], first + 1), T(row[2], first + 2)},
+            Azimuth<T>(T(row[3], first + 3))};
+  }
+  static void move(const T* step, T* row) {
+    for (int i = 0; i < kDof; ++i) {
+      row[i] = row[i] + step[i];
+    }
+  }
+
+  std::array<T, 3> position;
+  Azimuth<T> theta;
+};
+
 // Rotation matrices by rows, of unit quaternions (x, y, z, w).
 template <typename T>
 using Turn = std::array<std::array<T, 3>, 3>;

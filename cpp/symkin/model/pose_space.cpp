@@ -32,6 +32,8 @@ auto of_type(PoseSpace space, const Visitor& visit) {
       return visit(TranslatingPose<double>());
     case PoseSpace::spherical:
       return visit(SphericalPose<double>());
+    case PoseSpace::schoenflies:
+      return visit(SchoenfliesPose<double>());
     case PoseSpace::spatial:
       break;
   }
@@ -73,8 +75,8 @@ void pose_difference(PoseSpace space, const double* to, const double* from, doub
   for (Index i = 0; i < position; ++i) {
     difference[i] = to[i] - from[i];
   }
-  if (space == PoseSpace::planar) {
-    difference[2] = wrap_angle(to[2] - from[2]);
+  if (has_angle(space)) {
+    difference[position] = wrap_angle(to[position] - from[position]);
   } else if (has_quaternion(space)) {
     Eigen::Map<Eigen::Vector3d>(difference + position) =
         to_rotation_vector((quaternion(to + position).normalized() *

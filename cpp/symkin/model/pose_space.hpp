@@ -19,6 +19,11 @@ inline bool has_orientation(PoseSpace space) {
   return degrees_of_freedom(space) > position_size(space);
 }
 
+// Whether the orientation is one angle about Z, behind the position.
+inline bool has_angle(PoseSpace space) {
+  return degrees_of_freedom(space) == position_size(space) + 1;
+}
+
 // Whether the orientation is a quaternion, behind the position.
 inline bool has_quaternion(PoseSpace space) {
   return degrees_of_freedom(space) == position_size(space) + 3;

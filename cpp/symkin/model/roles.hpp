@@ -12,12 +12,13 @@ namespace symkin {
 //   spatial      x, y, z, qx, qy, qz, qw    7 coordinates, 6 degrees of freedom (unit quaternion)
 //   translating  x, y, z                    3 coordinates, 3 degrees of freedom
 //   spherical    qx, qy, qz, qw             4 coordinates, 3 degrees of freedom (unit quaternion)
-enum class PoseSpace { planar, point, spatial, translating, spherical };
+//   schoenflies  x, y, z, theta             4 coordinates, 4 degrees of freedom
+enum class PoseSpace { planar, point, spatial, translating, spherical, schoenflies };
 
 // The platform that the legs carry: one that turns, a point that only moves in the plane
-// (five-bar), one in space that never turns (delta), or one that turns about a fixed point (Agile
-// Eye).
-enum class Platform { rigid, point, translating, spherical };
+// (five-bar), one in space that never turns (delta), one that turns about a fixed point (Agile
+// Eye), or one in space that turns about Z alone (H4).
+enum class Platform { rigid, point, translating, spherical, schoenflies };
 
 // The end of a leg that a parameter belongs to, whose frame it is given in and with which it turns.
 enum class End {

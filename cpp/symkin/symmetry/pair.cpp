@@ -72,6 +72,14 @@ void transform_planar(const SymmetryPair& pair, double* pose) {
   pose[2] = phi;
 }
 
+// The platform's turn stays one about Z, as does every pair that a platform of this kind has.
+void transform_schoenflies(const SymmetryPair& pair, double* pose) {
+  Eigen::Map<Eigen::Vector3d> position(pose);
+  const Motion image = image_of(pair, {turn_about_z(pose[3]), position});
+  position = image.position;
+  pose[3] = std::atan2(image.rotation(1, 0), image.rotation(0, 0));
+}
+
 void transform_position(const SymmetryPair& pair, Index coordinates, double* pose) {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();
   std::copy_n(pose, coordinates, position.data());
@@ -145,6 +153,8 @@ RowMatrix transform_poses(const SymmetryPair& pair, PoseSpace space, ConstRows p
       transform_spherical(pair, pose);
     } else if (space == PoseSpace::planar) {
       transform_planar(pair, pose);
+    } else if (space == PoseSpace::schoenflies) {
+      transform_schoenflies(pair, pose);
     } else {
       transform_position(pair, poses.cols(), pose);
     }

@@ -83,7 +83,7 @@ class Alignment(Result):
         The same of every pose: position, then angle or rotation vector.
     length : float
         At which a rotation was made comparable with a translation, m.
-    pose_space : {"planar", "point", "spatial", "translating", "spherical"}
+    pose_space : {"planar", "point", "spatial", "translating", "spherical", "schoenflies"}
         Kind of the poses.
     """
 
@@ -195,7 +195,7 @@ def align_frames(
         the result says, of three numbers out of 150.
     length : float
         At which a rotation counts as much as a translation, m.
-    pose_space : {"planar", "point", "spatial", "translating", "spherical"}
+    pose_space : {"planar", "point", "spatial", "translating", "spherical", "schoenflies"}
         Kind of the poses; by default the one with so many coordinates, planar if two have.
 
     Raises

@@ -408,7 +408,8 @@ def _in_polar_coordinates(mechanism: Mechanism, number: int, end: str) -> Condit
         for name, role in zip(
             mechanism.parameter_names, mechanism.parameter_roles(leg), strict=True
         )
-        if role.end == end and name.startswith(f"{end}_")
+        # Transforms of declared legs have names of their own.
+        if role.end == end and (mechanism.leg_info(leg).declared or name.startswith(f"{end}_"))
     }
     kinds = set(points.values())
     system = "cylindrical" if "height" in kinds else "polar"

@@ -128,7 +128,7 @@ class Evaluation(Result):
         Where the poses stand in their source, or from 1.
     characteristic_length : float
         Length that makes rotations comparable with translations, m.
-    pose_space : {"planar", "point", "spatial", "translating", "spherical"}
+    pose_space : {"planar", "point", "spatial", "translating", "spherical", "schoenflies"}
         Kind of the poses.
     name : str
         Of the model.

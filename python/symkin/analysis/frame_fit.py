@@ -44,7 +44,7 @@ def align(
         One motion from platform to base frame for each of N poses.
     length : float
         m.
-    pose_space : {"planar", "point", "spatial", "translating", "spherical"}
+    pose_space : {"planar", "point", "spatial", "translating", "spherical", "schoenflies"}
         A planar pose is moved in its plane. A platform that never turns has no tool frame, since
         the base frame does the same.
     steps : int

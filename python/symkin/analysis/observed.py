@@ -329,8 +329,8 @@ def _pose_array(space: str, poses: Transform, errors: Array) -> Array:
     position = np.asarray(poses.translation[:, :size] + errors[:, :size])
     if not POSE_SPACES[space].turns:
         return position
-    if space == "planar":
-        angle = np.arctan2(poses.rotation[:, 1, 0], poses.rotation[:, 0, 0]) + errors[:, 2]
+    if POSE_SPACES[space].has_angle:
+        angle = np.arctan2(poses.rotation[:, 1, 0], poses.rotation[:, 0, 0]) + errors[:, -1]
         return np.column_stack([position, angle])
     rotation = rotations_from_vectors(errors[:, size:]) @ poses.rotation
     return np.hstack(

@@ -41,6 +41,7 @@ _ORIENTATION: dict[str, dict[str, int]] = {
     "spatial": {"quaternion": 4, "rotation_vector": 3},
     "translating": {},
     "spherical": {"quaternion": 4, "rotation_vector": 3},
+    "schoenflies": {"angle": 1},
 }
 # Nothing that was measured is larger, and squares of it can still be added.
 _MOST = 1e12
@@ -125,7 +126,7 @@ def own_pose_columns(
 
     space = POSE_SPACES[pose_space]
     spatial = space.has_quaternion
-    angle = named("phi") if pose_space == "planar" else ()
+    angle = named(*space.rotation) if space.has_angle else ()
     vector = named(*space.rotation) if spatial else ()
     quaternion = named(*space.orientation) if spatial else ()
     position = named(*space.position)
@@ -153,7 +154,7 @@ def _is_meant(table: Table, name: str, si_unit: str) -> bool:
     if "_" in name:  # of a reported pose, of which nobody expects a column
         return False
     known = re.compile(
-        r"(reported_.*|commanded_.*|x|y|z|phi|r[xyz]|psi_\d+|p\d+_[xyz]|distance_\d+|"
+        r"(reported_.*|commanded_.*|x|y|z|phi|theta|r[xyz]|psi_\d+|p\d+_[xyz]|distance_\d+|"
         r"roll|pitch|yaw|turn|pair\d+_[a-z]+)(_sd)?_.*"
     )
     others = [each.lower() for each in table.names if not known.fullmatch(each)]
@@ -646,7 +647,7 @@ def _require_value(
     name = value.removeprefix(REPORTED)
     if name in ("x", "y", "z"):
         there = "xyz".index(name) < len(pose.position) and bool(pose.position["xyz".index(name)])
-    elif name in ("phi", "rx", "ry", "rz"):
+    elif name in ("phi", "theta", "rx", "ry", "rz"):
         there = pose.angle is not None or bool(pose.quaternion or pose.rotation_vector)
     elif name.startswith("psi_"):
         reading = columns.readings[int(name.removeprefix("psi_")) - 1]

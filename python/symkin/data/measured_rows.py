@@ -118,7 +118,8 @@ class MeasuredRows(Result):
                 self._check_correlations(each)
         posed = {"": self.poses, "reported ": self.reported, "commanded ": self.commanded}
         for what, poses in posed.items():
-            wrong = None if poses is None else wrong_quaternion(poses)
+            turned = poses if space.has_quaternion else None
+            wrong = None if turned is None else wrong_quaternion(turned)
             if wrong is not None:
                 raise MeasurementError(
                     f"row {self.row_numbers[wrong[0]]} has a {what}quaternion of norm "

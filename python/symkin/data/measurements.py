@@ -43,7 +43,7 @@ class Measurements(MeasuredRows):
         or rows of a Parquet table. What was simulated has those of the CSV that symkin writes.
     source : Path or None
         The file that they were read from.
-    pose_space : {"planar", "point", "spatial", "translating", "spherical"}
+    pose_space : {"planar", "point", "spatial", "translating", "spherical", "schoenflies"}
         Kind of the poses. If nobody said it, the one with so many coordinates; planar if two have.
     reading_unit : {"rad", "m", ""}
         The sensors' unit; empty if nobody said it.

@@ -19,10 +19,8 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
 from functools import partial
-from typing import Literal
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 import numpy as np
@@ -30,95 +28,21 @@ from numpy.typing import ArrayLike, NDArray
 
 from symkin.analysis.workspace import workspace_coordinates
 from symkin.errors import MechanismError, SymkinError
+from symkin.exports.bodies import Body, Closure, Coupling, Joint, Structure, universal
 from symkin.exports.common import MARK, ExportOptions, Written
+from symkin.exports.declared_bodies import declared_structure
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import (
+    POSE_SPACES,
     Transform,
     pose_rows,
     rotations_from_quaternions,
-    rotations_from_vectors,
     transforms,
 )
 
 Array = NDArray[np.float64]
 _X, _Y, _Z = np.eye(3)
 _SPHERE = 0.1  # m: where the points of axes are held that have directions alone
-
-
-@dataclass(frozen=True)
-class Joint:
-    """One degree of freedom between a body and its parent; a free one has all six, and no axis."""
-
-    name: str  # such as leg1_active, which the sensor reads: value = gain * reading
-    kind: Literal["hinge", "slide", "free"]
-    axis: Array  # in the body's own frame
-
-
-@dataclass(frozen=True)
-class Body:
-    """A body; its joints come one after the other, each in the frame that the last one left."""
-
-    name: str
-    parent: str  # "" is the base
-    position: Array  # in the parent's frame, while all joints are at zero
-    rotation: Array
-    joints: tuple[Joint, ...]  # from the parent outwards
-    tip: Array  # the end of the link that is drawn, in the body's frame
-
-    @property
-    def links(self) -> list[tuple[str, Joint]]:
-        """Names of a row of links, each with the joint that moves it; the last is the body."""
-        rows = [f"{self.name}_{number}" for number in range(1, len(self.joints))]
-        return list(zip([*rows, self.name], self.joints, strict=True))
-
-
-@dataclass(frozen=True)
-class Closure:
-    """The end of a leg, which is held at a point of the platform by a joint that turns any way."""
-
-    name: str
-    body: str
-    point: Array
-    platform_point: Array
-
-
-@dataclass(frozen=True)
-class Structure:
-    """Bodies, parents first, and what closes the loops."""
-
-    bodies: tuple[Body, ...]  # those of each leg, then the platform
-    closures: tuple[Closure, ...]  # one for each leg
-    # Of every joint at the poses that were asked for, m and rad, shape (N,); of a free joint
-    # position and quaternion, scalar first, shape (N, 7).
-    values: Mapping[str, Array]
-    home: Mapping[str, Array]  # the same at home
-    size: float  # largest distance of a base point from the platform's origin at home, m
-
-    @property
-    def joints(self) -> Iterator[Joint]:
-        """Every joint, in the order of the bodies."""
-        return (joint for body in self.bodies for joint in body.joints)
-
-    def frames(self, values: Mapping[str, Array]) -> dict[str, list[Transform]]:
-        """Frames of each body in the base's, with the given joint values: after each joint."""
-        placed: dict[str, list[Transform]] = {"": [Transform(np.eye(3), np.zeros(3))]}
-        for body in self.bodies:
-            frame = placed[body.parent][-1] @ Transform(body.rotation, body.position)
-            steps = placed[body.name] = []
-            for joint in body.joints:
-                frame = frame @ _motion(joint, values[joint.name])
-                steps.append(frame)
-        del placed[""]
-        return placed
-
-
-def _motion(joint: Joint, value: Array) -> Transform:
-    """What a joint does in its body's frame."""
-    if joint.kind == "free":
-        return Transform(rotations_from_quaternions(value[None, [4, 5, 6, 3]])[0], value[:3])
-    if joint.kind == "slide":
-        return Transform(np.eye(3), value * joint.axis)
-    return Transform(rotations_from_vectors((value * joint.axis)[None])[0], np.zeros(3))
 
 
 def structure_of(mechanism: Mechanism, poses: ArrayLike | None = None) -> Structure:
@@ -129,6 +53,8 @@ def structure_of(mechanism: Mechanism, poses: ArrayLike | None = None) -> Struct
     SymkinError
         For a chain that is not in `LEGS`, curved sensors, or a leg that does not reach home.
     """
+    if any(mechanism.leg_info(leg).declared for leg in range(len(mechanism.legs))):
+        return _declared_structure(mechanism, poses)
     known = LEGS if mechanism.space.moves else LEGS_ON_A_SPHERE
     for number, chain in enumerate(mechanism.chains, 1):
         if chain not in known:
@@ -137,11 +63,7 @@ def structure_of(mechanism: Mechanism, poses: ArrayLike | None = None) -> Struct
                 f'a model of bodies and joints is not written for chain "{chain}"{which}; expected '
                 f"one of {', '.join(known)}"
             )
-    if mechanism.curvature is not None:
-        raise MechanismError(
-            f'the sensors of "{mechanism.name}" are not straight lines; a model of bodies and '
-            "joints has straight ones alone"
-        )
+    _require_straight(mechanism)
     home = mechanism.home[None]
     rows = home if poses is None else np.vstack([home, pose_rows(poses)])
     readings = mechanism.inverse_kinematics(rows)
@@ -172,6 +94,22 @@ def structure_of(mechanism: Mechanism, poses: ArrayLike | None = None) -> Struct
     )
 
 
+def _require_straight(mechanism: Mechanism) -> None:
+    if mechanism.curvature is not None:
+        raise MechanismError(
+            f'the sensors of "{mechanism.name}" are not straight lines; a model of bodies and '
+            "joints has straight ones alone"
+        )
+
+
+def _declared_structure(mechanism: Mechanism, poses: ArrayLike | None) -> Structure:
+    _require_straight(mechanism)
+    home = mechanism.home[None]
+    rows = home if poses is None else np.vstack([home, pose_rows(poses)])
+    body, moves = _platform(mechanism.pose_space, rows)
+    return declared_structure(mechanism, rows, body, moves)
+
+
 def _platform(space: str, rows: Array) -> tuple[Body, dict[str, Array]]:
     """The platform, which moves by joints of its own: where the legs hold it, loops are closed."""
     if space == "spatial":
@@ -189,10 +127,10 @@ def _platform(space: str, rows: Array) -> tuple[Body, dict[str, Array]]:
         angles = (about_x, about_y, about_z)
         values = {joint.name: each for joint, each in zip(joints, angles, strict=True)}
     else:
-        along = list(zip("xyz", np.eye(3), strict=True))[: 3 if space == "translating" else 2]
+        along = list(zip("xyz", np.eye(3), strict=True))[: 2 if space in ("planar", "point") else 3]
         joints = tuple(Joint(f"platform_{name}", "slide", axis) for name, axis in along)
-        if space == "planar":
-            joints += (Joint("platform_phi", "hinge", _Z),)
+        if POSE_SPACES[space].has_angle:
+            joints += (Joint(f"platform_{POSE_SPACES[space].rotation[0]}", "hinge", _Z),)
         values = {joint.name: rows[:, column] for column, joint in enumerate(joints)}
     return Body("platform", "", np.zeros(3), np.eye(3), joints, np.zeros(3)), values
 
@@ -289,7 +227,7 @@ def _crank(name: str, own: Mapping[str, float], travel: Array, ends: Array) -> _
     turned = frame @ _about_z(zero + travel)
     links = ends - base - crank * turned[:, :, 0]
     local = np.einsum("nji,nj->ni", turned, links)
-    distal, values = _universal(name, "distal", proximal.name, crank * _X, rod, local)
+    distal, values = universal(name, "distal", proximal.name, crank * _X, rod, local)
     return [proximal, distal], rod * _Z, values
 
 
@@ -331,7 +269,7 @@ def _hung(own: Mapping[str, float]) -> _Hung:
     """What a link of a chain hangs on: a hinge in the plane, one about its axis, or two."""
     if "axis_azimuth" in own:
         return partial(_hinged, frame=_about_axis(own))
-    return _hinged if "base_angle" in own else _universal
+    return _hinged if "base_angle" in own else universal
 
 
 def _about_axis(own: Mapping[str, float]) -> Array:
@@ -365,31 +303,6 @@ def _hinged(
     return body, {joint.name: _wrapped(angles - angles[0])}
 
 
-def _universal(
-    name: str, what: str, parent: str, place: Array, length: float, links: Array
-) -> tuple[Body, dict[str, Array]]:
-    """A link along z on a universal joint that is at zero at home, and its two angles.
-
-    `links` are its directions in the parent's frame. The angle about x, then y, of a direction
-    (x, y, z) in the frame at home: x is the sine of the second, (-y, z) has the first.
-    """
-    directions = links / np.linalg.norm(links, axis=1, keepdims=True)
-    frame = _with_z(directions[0])
-    x, y, z = (directions @ frame).T
-    names = f"{name}_passive_x", f"{name}_passive_y"
-    joints = Joint(names[0], "hinge", _X), Joint(names[1], "hinge", _Y)
-    body = Body(f"{name}_{what}", parent, place, frame, joints, length * _Z)
-    return body, {names[0]: np.arctan2(-y, z), names[1]: np.arctan2(x, np.hypot(y, z))}
-
-
-def _with_z(direction: Array) -> Array:
-    """A rotation whose third column is a unit vector."""
-    across = _X if abs(direction[0]) < 0.7 else _Y
-    first = np.cross(across, direction)
-    first /= np.linalg.norm(first)
-    return np.column_stack([first, np.cross(direction, first), direction])
-
-
 def _rho(angle: float | Array) -> Array:
     """Horizontal unit vectors, shape (..., 3)."""
     return np.stack([np.cos(angle), np.sin(angle), np.zeros_like(angle)], axis=-1)
@@ -419,10 +332,9 @@ def write_mjcf(mechanism: Mechanism, options: ExportOptions) -> Written:  # noqa
     radius = _THICKNESS * structure.size
     for body in structure.bodies:
         elements[body.name] = _mjcf_body(elements[body.parent], body, radius)
-    _held_points(elements["platform"], structure, radius)
+    _held_points(elements, structure, radius)
     for closure in structure.closures:
-        place = _triple(closure.point)
-        SubElement(elements[closure.body], "site", name=closure.name, pos=place, size=_said(radius))
+        _site(elements[closure.body], closure.name, closure.point, closure.turning, radius)
     _constraints(root, structure)
     _readings(root, mechanism)
     return Written(_xml_text(root, _about(mechanism)))
@@ -450,22 +362,42 @@ def _drawn(element: Element, tip: NDArray[np.float64], radius: float) -> None:
     SubElement(element, "geom", shape | pale | {"mass": _said(_MASS)})
 
 
-def _held_points(element: Element, structure: Structure, radius: float) -> None:
+def _held_points(elements: Mapping[str, Element], structure: Structure, radius: float) -> None:
     """Points that the legs hold, and spokes to them."""
     for closure in structure.closures:
-        point = closure.platform_point
+        point, element = closure.platform_point, elements[closure.other]
         if np.linalg.norm(point) > radius:
             _drawn(element, point, radius)
-        name = f"platform_{closure.name}"
-        SubElement(element, "site", name=name, pos=_triple(point), size=_said(radius))
+        _site(element, f"platform_{closure.name}", point, closure.other_turning, radius)
+
+
+def _site(element: Element, name: str, point: Array, turning: Array | None, radius: float) -> None:
+    turned = (
+        {} if turning is None else {"xyaxes": _triple(np.hstack([turning[:, 0], turning[:, 1]]))}
+    )
+    SubElement(
+        element, "site", {"name": name, "pos": _triple(point), "size": _said(radius)} | turned
+    )
 
 
 def _constraints(root: Element, structure: Structure) -> None:
     equality = SubElement(root, "equality")
     for closure in structure.closures:
         sites = {"site1": closure.name, "site2": f"platform_{closure.name}"}
-        SubElement(equality, "connect", {"name": closure.name, **sites})
-    values = [np.atleast_1d(structure.home[joint.name]) for joint in structure.joints]
+        kind = "connect" if closure.turning is None else "weld"
+        SubElement(equality, kind, {"name": closure.name, **sites})
+    for each in structure.couplings:
+        joints = {"joint1": each.joint, "joint2": each.followed}
+        SubElement(
+            equality, "joint", {**joints, "polycoef": _triple([each.offset, each.ratio, 0, 0, 0])}
+        )
+    # In the order in which MuJoCo counts them, from the outside in.
+    names = [
+        element.attrib["name"]
+        for element in root.iter()
+        if element.tag == "freejoint" or (element.tag == "joint" and "axis" in element.attrib)
+    ]
+    values = [np.atleast_1d(structure.home[name]) for name in names]
     SubElement(SubElement(root, "keyframe"), "key", name="home", qpos=_triple(np.hstack(values)))
 
 
@@ -486,21 +418,23 @@ def write_urdf(mechanism: Mechanism, options: ExportOptions) -> Written:  # noqa
     structure = structure_of(mechanism)
     root = Element("robot", name=mechanism.name)
     SubElement(root, "link", name="base")
+    followers = {each.joint: each for each in structure.couplings}
     for body in structure.bodies:
-        _urdf_links(root, body, structure.size)
+        _urdf_links(root, body, structure.size, followers)
     return Written(_xml_text(root, [*_about(mechanism), *_cuts(structure)]), (_OPEN,))
 
 
 def _cuts(structure: Structure) -> list[str]:
     """The joints that are not in the tree."""
     return [
-        f"cut joint {each.name}, ball: point {_triple(each.point)} of {each.body} = "
-        f"point {_triple(each.platform_point)} of platform"
+        f"cut joint {each.name}, {'ball' if each.turning is None else 'fixed'}: "
+        f"point {_triple(each.point)} of {each.body} = "
+        f"point {_triple(each.platform_point)} of {each.other}"
         for each in structure.closures
     ]
 
 
-def _urdf_links(root: Element, body: Body, size: float) -> None:
+def _urdf_links(root: Element, body: Body, size: float, followers: Mapping[str, Coupling]) -> None:
     """The body's joints, each with the link that it moves; the last link is the body."""
     parent = body.parent or "base"
     frame = Transform(body.rotation, body.position)
@@ -525,6 +459,11 @@ def _urdf_links(root: Element, body: Body, size: float) -> None:
             far = _said(10 * size)
             limits = {"lower": f"-{far}", "upper": far, "effort": "1000", "velocity": "10"}
             SubElement(element, "limit", limits)
+        if joint.name in followers:
+            follower = followers[joint.name]
+            ratio, offset = _said(follower.ratio), _said(follower.offset)
+            mimicked = {"joint": follower.followed, "multiplier": ratio, "offset": offset}
+            SubElement(element, "mimic", mimicked)
         parent, frame = name, Transform(np.eye(3), np.zeros(3))
 
 
@@ -546,14 +485,25 @@ def write_sdf(mechanism: Mechanism, options: ExportOptions) -> Written:  # noqa:
                 SubElement(SubElement(element, "axis"), "xyz").text = _triple(joint.axis)
             parent = name
     for closure in structure.closures:
-        element = _sdf_joint(model, closure.name, "ball", closure.body, "platform")
+        kind = "ball" if closure.turning is None else "fixed"
+        element = _sdf_joint(model, closure.name, kind, closure.body, closure.other)
         SubElement(element, "pose").text = f"{_triple(closure.platform_point)} 0.0 0.0 0.0"
     readings = mechanism.inverse_kinematics(mechanism.home)[0]
     note = (
         "SDF counts joints from where the model stands: joint = gain * (reading - reading at "
         f"home), readings at home: {_triple(readings).replace(' ', ', ')}."
     )
-    return Written(_xml_text(root, [*_about(mechanism), note]))
+    return Written(_xml_text(root, [*_about(mechanism), note]), _uncoupled(structure))
+
+
+def _uncoupled(structure: Structure) -> tuple[str, ...]:
+    """What a format without couplings of joints loses."""
+    if not structure.couplings:
+        return ()
+    names = ", ".join(
+        f"{each.joint} = {each.ratio:g} {each.followed}" for each in structure.couplings
+    )
+    return (f"joints that follow others move by themselves in this format: {names}",)
 
 
 def _sdf_link(model: Element, name: str, frame: Transform, size: float) -> None:

@@ -32,7 +32,7 @@ from symkin.model.poses import between, poses_from_bounds, transforms
 _SENSOR = "joint = sensor_gain * reading + sensor_offset"
 _NAN = " NAN stands where a leg has no such parameter."
 _CURVES = ("sensor_quadratic", "sensor_cosine", "sensor_sine")
-_GRID = {2: 21, 3: 21, 6: 5}  # poses of a table along each coordinate, by how many there are
+_GRID = {2: 21, 3: 21, 4: 11, 6: 5}  # poses of a table along each coordinate, by how many there are
 _MOST = 10**6  # rows of it
 
 Array = NDArray[np.float64]
@@ -223,10 +223,10 @@ def _commands(mechanism: Mechanism, nominal: Mechanism, nodes: Array) -> Array:
         believed, converged = nominal.forward_kinematics(readings[reached], start=poses[reached])
         taken = reached[converged]
         commands[taken] = workspace_coordinates(nominal, believed[converged])
-    if mechanism.pose_space == "planar":
+    if mechanism.space.has_angle:
         # The same turn as the pose wanted, which may be beyond half of one.
-        turns = np.rint((commands[:, 2] - nodes[:, 2]) / (2 * np.pi))
-        commands[:, 2] -= 2 * np.pi * turns
+        turns = np.rint((commands[:, -1] - nodes[:, -1]) / (2 * np.pi))
+        commands[:, -1] -= 2 * np.pi * turns
     return commands
 
 

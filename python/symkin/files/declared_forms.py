@@ -21,12 +21,12 @@ from symkin.model.poses import PoseSpace, rotations_from_vectors
 from symkin.storage.quantities import evaluate_quantity
 from symkin.storage.toml_file import TomlSource, WrongValueError
 
-__all__ = ["box_of", "home_values", "written_out"]
+__all__ = ["DYAD_KEYS", "box_of", "home_values", "written_out"]
 
 Array = NDArray[np.float64]
 _Values = dict[str, Any]
 _DYAD = re.compile(r"(\[R\]|R)(\[R\]|R)R")
-_DYAD_KEYS = (
+DYAD_KEYS = (
     "proximal_length", "distal_length", "base_radius", "base_angle", "platform_radius",
     "platform_angle", "home",
 )  # fmt: skip
@@ -126,11 +126,11 @@ def _dyad(values: _Values) -> _Values:
             "reads several joints of a leg; expected its dimensions in [reference_leg]", ("chain",)
         )
     for key in leg:
-        if key not in _DYAD_KEYS:
+        if key not in DYAD_KEYS:
             raise WrongValueError(
-                f"unknown key{did_you_mean(key, _DYAD_KEYS)}", ("reference_leg", key)
+                f"unknown key{did_you_mean(key, DYAD_KEYS)}", ("reference_leg", key)
             )
-    for key in _DYAD_KEYS[:-1]:
+    for key in DYAD_KEYS[:-1]:
         if key not in leg:
             raise WrongValueError("this key is missing", ("reference_leg", key))
     # The named chain counts the first link from x, the declared one from its base.

@@ -40,7 +40,13 @@ _COMPARES = {
     ("point", True): "planar point",
 }
 _WHERE = ("planar", "spatial")  # a rigid platform moves
-_CLOSES = {"spatial": "pose", "planar": "pose", "point": "point", "translating": "point"}
+_CLOSES = {
+    "spatial": "pose",
+    "planar": "pose",
+    "point": "point",
+    "translating": "point",
+    "schoenflies": "point",
+}
 
 
 def with_declared_chains(source: TomlSource) -> TomlSource:
@@ -174,7 +180,7 @@ def _declared(label: str, table: Any, file: _Values) -> list[DeclaredChain]:
     space = POSE_SPACES[pose_space]
     if space.size == 2 and not planar:
         raise WrongValueError("leaves the plane, in which the platform moves", ("path",))
-    builder = LegBuilder(planar=planar, turn=space.rotation[0] if len(space.rotation) == 1 else "")
+    builder = LegBuilder(planar=planar, turn=space.rotation[0] if space.has_angle else "")
     builder.read_path(table.get("path", []), whole="platform_path" in table or "rods" in table)
     builder.read_platform_path(table.get("platform_path", []))
     rods = table.get("rods", [])

@@ -24,6 +24,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from symkin.data.sensor_tables import MOST_ROWS
 from symkin.errors import QuantityError, did_you_mean, printable
+from symkin.files.declared_forms import DYAD_KEYS
 from symkin.model.chains import PLATFORMS, ChainInfo, chain_info, chains
 from symkin.model.file_frames import point_parameters
 from symkin.model.poses import POSE_SPACES
@@ -339,17 +340,6 @@ def mechanism_table(
     space = POSE_SPACES[info.pose_space]
     coordinates = info.box
     limit = one_or_list(_limit(unit), 1, _MOST_LEGS)
-    workspace = table(
-        {name: _interval(unit) for name, unit in coordinates.items()}
-        | {
-            "home": _coordinates(*coordinates.values()),
-            "reach_margin": quantity(space.closure_unit, "not negative"),
-            "conditioning_limit": quantity("1", "positive"),
-            "characteristic_length": quantity("m", "positive"),
-        },
-        tuple(coordinates),
-        WorkspaceSettings,
-    )
     noise = table(
         {
             "position": quantity("m", "not negative"),
@@ -371,7 +361,7 @@ def mechanism_table(
         "reference_leg": reference,
         "reference_legs": list_of(reference, 1, _MOST_LEGS),
         "legs": list_of(_leg_of_chains(infos, unit, default, listed=True), 1, _MOST_LEGS),
-        "workspace": workspace,
+        "workspace": _workspace(coordinates, space.closure_unit),
         "device": _DEVICE,
         "noise": noise,
         "tolerances": _TOLERANCES,
@@ -403,6 +393,20 @@ def mechanism_table(
     required = ("schema",) + (("chain",) if default is not None else ())
     required += ("platform",) if platform != "rigid" else ()
     return table(_HEADER_KINDS | sections, required)
+
+
+def _workspace(coordinates: Mapping[str, str], closure_unit: str) -> Kind:
+    return table(
+        {name: _interval(unit) for name, unit in coordinates.items()}
+        | {
+            "home": _coordinates(*coordinates.values()),
+            "reach_margin": quantity(closure_unit, "not negative"),
+            "conditioning_limit": quantity("1", "positive"),
+            "characteristic_length": quantity("m", "positive"),
+        },
+        tuple(coordinates),
+        WorkspaceSettings,
+    )
 
 
 def _leg_of_chains(
@@ -559,56 +563,84 @@ def covariance_of(deviations: ArrayLike, correlation: Sequence[float]) -> NDArra
     return np.asarray(matrix * np.outer(sigma, sigma))
 
 
-# Known chains whose files have the sections of those that declare their legs.
-_LIKE_DECLARED: tuple[tuple[Platform, str], ...] = (
-    ("rigid", "[R]RR"),
-    ("rigid", "U[P]S"),
-    ("point", "[R]RR"),
-    ("translating", "[P]US"),
-    ("spherical", "[R]RR"),
+# Kinds of poses, and a known chain whose files have the sections of those that declare legs.
+_LIKE_DECLARED: tuple[tuple[str, Platform, str], ...] = (
+    ("planar", "rigid", "[R]RR"),
+    ("spatial", "rigid", "U[P]S"),
+    ("point", "point", "[R]RR"),
+    ("translating", "translating", "[P]US"),
+    ("spherical", "spherical", "[R]RR"),
+    ("schoenflies", "rigid", "U[P]S"),
 )
+_RIGID = ("planar", "spatial")  # pose spaces of rigid platforms, which need no word in a file
+_NUMBER: Schema = {"type": ["number", "string"]}
+_WORDS: Schema = {"type": "array", "items": {"type": "string"}}
 
 
-def _declared_schema(like: str, platform: Platform) -> Schema:
+def _declared_schema(pose_space: str, platform: Platform, like: str) -> Schema:
     """Files that declare their legs: the parameters of a leg are known to these alone."""
-    known = mechanism_table((like,), platform, "rad", None).schema
-    leg = {"type": "object", "properties": {"chain": {"type": "string"}}}
-    legs = {"type": "array", "items": leg}
+    known = mechanism_table((like,), platform, "rad", None).schema["properties"]
+    space = POSE_SPACES[pose_space]
+    box = _workspace(space.units, space.closure_unit).schema["properties"]
+    values: Schema = {"type": "array", "items": _NUMBER}  # as many as are free
+    home = _object({"position": values} | dict.fromkeys(space.rotation, _NUMBER))
+    box |= {"home": {"anyOf": [values, home]}, "free": _WORDS}
+    if pose_space == "spatial":
+        box |= {"tilt": _NUMBER}
+    noise = known["noise"]["properties"]
+    reading = {"anyOf": [noise["reading"], {"type": "object"}]}
     steps = {"type": "array", "items": {"type": ["string", "object"]}}
     tables = {"type": "array", "items": {"type": "object"}}
-    numbers = {"type": "array", "items": {"type": ["number", "string"]}}
     chain = {
-        "type": "object",
-        "properties": {
-            "path": steps,
-            "platform_path": steps,
-            "rods": tables,
-            "loops": tables,
-            "closes": {"enum": ["pose", "point", "rotation"]},
-            "home": {"type": "object"},
-            "pose": numbers,
-            "free": {"type": "array", "items": {"type": "string"}},
-        },
-        "additionalProperties": False,
+        "path": steps,
+        "platform_path": steps,
+        "rods": tables,
+        "loops": tables,
+        "closes": {"enum": ["pose", "point", "rotation"]},
+        "home": {"type": "object"},
+        "pose": values,
+        "free": _WORDS,
     }
-    workspace = known["properties"]["workspace"]
-    free = {"free": {"type": "array", "items": {"type": "string"}}}
+    leg = {"type": "object", "properties": {"chain": {"type": "string"}}}
+    legs = {"type": "array", "items": leg}
     own = {
+        "schema": {"enum": [1, 2]},
         "chain": {"type": "string"},
-        "chains": {"type": "object", "additionalProperties": chain},
+        "platform": {"enum": [pose_space, *(["rigid"] if pose_space in _RIGID else [])]},
+        "chains": {"type": "object", "additionalProperties": _object(chain)},
         "reference_leg": leg,
         "reference_legs": legs,
         "legs": legs,
-        "workspace": workspace | {"properties": workspace["properties"] | free},
+        "workspace": _object(box),
+        "noise": _object(noise | {"tilt": _NUMBER, "reading": reading}),
+        "observation": _object(
+            {"measured": {"type": ["string", "array"]}, "datum": {"type": "object"}}
+        ),
     }
-    required = ["schema", "chains", *(["platform"] if platform != "rigid" else [])]
-    return known | {"properties": known["properties"] | own, "required": required}
+    required = ["schema", "chains", *(["platform"] if pose_space not in _RIGID else [])]
+    return _object(known | own) | {"required": required}
+
+
+def _dyad_schema() -> Schema:
+    """Files with a planar dyad of several readings by its chain's name and parameters."""
+    known = _declared_schema("planar", "rigid", "[R]RR")
+    keys = dict.fromkeys(DYAD_KEYS, _NUMBER) | {"home": {"type": "object"}}
+    leg = _object(keys) | {"required": [name for name in DYAD_KEYS if name != "home"]}
+    own = {"chain": {"const": "[R][R]R"}, "reference_leg": leg}
+    names = [name for name in known["properties"] if name not in ("chains", "legs")]
+    properties = {name: known["properties"][name] for name in names} | own
+    return _object(properties) | {"required": ["schema", "chain", "reference_leg"]}
+
+
+def _object(properties: Schema) -> Schema:
+    return {"type": "object", "properties": properties, "additionalProperties": False}
 
 
 def mechanism_schema() -> Schema:
     """Return the JSON Schema (draft 2020-12) of mechanism files.
 
-    One alternative per chain, and one for the mixed legs of every kind of platform.
+    One alternative per chain, one for the mixed legs of every kind of platform, and one for
+    declared legs of every kind of poses.
 
     Returns
     -------
@@ -626,7 +658,8 @@ def mechanism_schema() -> Schema:
         for (platform, _), mixed in alike.items()
         if len(mixed) > 1
     ]
-    files += [_declared_schema(chain, platform) for platform, chain in _LIKE_DECLARED]
+    files += [_declared_schema(*each) for each in _LIKE_DECLARED]
+    files.append(_dyad_schema())
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "symkin mechanism file",

@@ -142,7 +142,7 @@ def mechanism_template(chain: str, legs: int | None = None, platform: str = "rig
         ``"2 [R]RR + 1 [P]RP"``, as `Mechanism.chain` says it.
     legs : int, optional
         By default as few as the platform needs. Several chains say it themselves.
-    platform : {"rigid", "point", "translating", "spherical"}
+    platform : {"rigid", "point", "translating", "spherical", "schoenflies"}
         A platform that turns, a point that only moves in the plane, one that moves in space and
         never turns, or one that only turns.
 

@@ -98,7 +98,7 @@ class ChainInfo:
     ----------
     name : str
         Joints from base to platform, the actuated one in brackets.
-    pose_space : {"planar", "point", "spatial", "translating", "spherical"}
+    pose_space : {"planar", "point", "spatial", "translating", "spherical", "schoenflies"}
         Kind of the poses, see `Mechanism`.
     parameter_names : tuple of str
         Of the leg's geometry, then of its sensor.
@@ -115,6 +115,8 @@ class ChainInfo:
     free : tuple of int
         Which of the coordinates of bounds (see `PoseSpace.units`) can be chosen: of a platform that
         the legs bind z and the two tilts, and all of any other.
+    runs_as : str
+        The known chain that a declared leg is, as which it is computed; empty if it is none.
     """
 
     name: str
@@ -126,6 +128,7 @@ class ChainInfo:
     description: str
     closures: int
     free: tuple[int, ...]
+    runs_as: str = ""
 
     @property
     def platform(self) -> str:
@@ -182,7 +185,7 @@ def chain_info(chain: str, platform: Platform = "rigid") -> ChainInfo:
     ----------
     chain : str
         Such as ``"[R]RR"``.
-    platform : {"rigid", "point", "translating", "spherical"}
+    platform : {"rigid", "point", "translating", "spherical", "schoenflies"}
         A platform that turns, a point that only moves in the plane (five-bar), one that moves in
         space and never turns (delta), or one that only turns, about a fixed point (Agile Eye).
 
@@ -208,6 +211,7 @@ def chain_info(chain: str, platform: Platform = "rigid") -> ChainInfo:
         description=info.working_mode,
         closures=info.closures,
         free=tuple(info.free_coordinates),
+        runs_as=info.runs_as,
     )
 
 

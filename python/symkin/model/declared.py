@@ -50,6 +50,8 @@ class DeclaredChain:
         Parameters that are held because the file says so.
     table : dict
         The declaration as the file has it, with what was found filled in.
+    recognise : bool
+        Whether it is computed as a known chain where it is one.
     """
 
     table_name: str
@@ -65,6 +67,7 @@ class DeclaredChain:
     nominal: dict[str, float]
     exact: list[str]
     table: dict[str, Any]
+    recognise: bool = True
 
     @property
     def label(self) -> str:
@@ -102,6 +105,7 @@ class DeclaredChain:
             self.home_pose,
             self.home_joints,
             self.free,
+            self.recognise,
         )
 
 

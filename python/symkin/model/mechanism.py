@@ -69,7 +69,7 @@ class Mechanism(Kinematics):
         At least as many as the platform has degrees of freedom. Three of them where a leg binds it
         (3-RPS, 3-PRS): they leave it z and two tilts. Legs may be of different chains if each
         brings one closure; see `has_parameter`.
-    platform : {"rigid", "point", "translating", "spherical"}
+    platform : {"rigid", "point", "translating", "spherical", "schoenflies"}
         A platform that turns, a point that only moves in the plane (five-bar), one that moves in
         space and never turns (delta), or one that only turns, about a fixed point (Agile Eye).
     reading_unit : {"rad", "m"}, optional
@@ -325,7 +325,7 @@ class Mechanism(Kinematics):
 
     @property
     def pose_space(self) -> str:
-        """Kind of the poses: "planar", "point", "spatial", "translating" or "spherical"."""
+        """Kind of the poses: a name of `POSE_SPACES`."""
         return self.straight.pose_space
 
     @property

@@ -35,7 +35,7 @@ class PoseSpace(NamedTuple):
 
     Attributes
     ----------
-    name : {"planar", "point", "spatial", "translating", "spherical"}
+    name : {"planar", "point", "spatial", "translating", "spherical", "schoenflies"}
         As `Mechanism.pose_space` says it.
     position : tuple of str
         Coordinates of the position, m.
@@ -102,6 +102,11 @@ class PoseSpace(NamedTuple):
         return len(self.orientation) == 4
 
     @property
+    def has_angle(self) -> bool:
+        """Whether the last column is an angle about z."""
+        return len(self.orientation) == 1
+
+    @property
     def components(self) -> list[int]:
         """Which components of a tangent in space (translation, rotation vector) poses have."""
         rotation = {1: [5], 3: [3, 4, 5]}.get(len(self.rotation), [])
@@ -125,6 +130,7 @@ POSE_SPACES = {
         PoseSpace("spatial", _SPACE, _VECTOR, _QUATERNION),
         PoseSpace("translating", _SPACE),
         PoseSpace("spherical", (), _VECTOR, _QUATERNION),
+        PoseSpace("schoenflies", _SPACE, ("theta",), ("theta",)),
     )
 }
 
@@ -276,7 +282,7 @@ def poses_from_bounds(pose_space: str, values: ArrayLike) -> Array:
 
     Parameters
     ----------
-    pose_space : {"planar", "point", "spatial", "translating", "spherical"}
+    pose_space : {"planar", "point", "spatial", "translating", "spherical", "schoenflies"}
         Kind of the poses.
     values : array_like, shape (..., dof)
         Position (m), then angle or rotation vector (rad).

@@ -204,7 +204,7 @@ _ALL = (
     Option("table", Format, default="csv",
            help="What the table is written as."),
     Option("grid", int, default=0, metavar="N", least=0, most=1000,
-           help="Poses of a table along each coordinate; 0: 21 or 5."),
+           help="Poses of a table along each coordinate; 0: 21, 11 or 5."),
     Option("length", float, default=1.0, metavar="M", least=1e-9,
            help="At which a rotation counts as much as a translation, m."),
     Option("platform", Platform, default="rigid",

@@ -51,7 +51,7 @@ Observable = Literal[
     "reported",
     "readings",
 ]
-Platform = Literal["rigid", "point", "translating", "spherical"]
+Platform = Literal["rigid", "point", "translating", "spherical", "schoenflies"]
 PoseUse = Literal["all", "own"]
 RowKind = Literal["paper", "noise_aware"]
 SelectionMethod = Literal["exchange", "sun_hollerbach", "exhaustive", "random", "all"]

@@ -58,6 +58,7 @@ _PLATFORMS = {
     "spatial": "moves and turns in space",
     "translating": "moves in space and never turns",
     "spherical": "turns about a fixed point",
+    "schoenflies": "moves in space and turns about z",
 }
 
 
@@ -183,6 +184,22 @@ def held_parameters(mechanism: Mechanism) -> list[str]:
     ]
 
 
+def _recognised(mechanism: Mechanism) -> list[str]:
+    """Which declared legs are computed as a known chain."""
+    found: dict[str, list[int]] = {}
+    for leg in range(len(mechanism.legs)):
+        known = mechanism.leg_info(leg).runs_as
+        if known:
+            found.setdefault(known, []).append(leg)
+    every = len(mechanism.legs)
+    return [
+        f"{'Every leg' if len(which) == every else named_legs(which).capitalize()} "
+        f"{'is' if len(which) in (1, every) else 'are'} the known chain {known}, and computed as "
+        "that."
+        for known, which in found.items()
+    ]
+
+
 def _held_of_declared(mechanism: Mechanism) -> list[str]:
     """Which numbers of declared legs are held by their structure, and which by the file."""
     exact: dict[tuple[str, ...], list[int]] = {}
@@ -204,7 +221,7 @@ def _held_of_declared(mechanism: Mechanism) -> list[str]:
         ):
             if own:
                 legs.setdefault(tuple(own), []).append(leg)
-    sentences = []
+    sentences = _recognised(mechanism)
     for legs, why in (
         (redundant, "redundant by structure"),
         (hardly, "of second order"),

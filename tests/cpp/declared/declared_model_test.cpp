@@ -27,7 +27,7 @@ Declaration planar_rrr() {
   read.read = true;
   const auto T = Step::Kind::transform;
   const auto J = Step::Kind::joint;
-  Declaration made{"rrr declared", PoseSpace::planar, {}, Vector::Zero(3), Vector(3), {}};
+  Declaration made{"rrr declared", PoseSpace::planar, {}, Vector::Zero(3), Vector(3), {}, false};
   made.leg.joints = {read, turn, turn};
   made.leg.transforms = {{0.3, 6 / std::sqrt(3)}, {0, 1.5}, {0, 1.6}, {0.4, 1.5 / std::sqrt(3)}};
   made.leg.transforms[0][0] = 210 * kPi / 180;

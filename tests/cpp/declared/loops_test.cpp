@@ -4,7 +4,7 @@
 #include <Eigen/LU>
 #include <random>
 
-#include "declared/declared_numbers.hpp"
+#include "declared/declared_file.hpp"
 #include "symkin/chains/declared/pivoted_qr.hpp"
 #include "symkin/support/error.hpp"
 
@@ -207,7 +207,7 @@ TEST_P(DeclaredLegs, HaveColumnsAndWorkThatDifferencesConfirm) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Reference, DeclaredLegs, ::testing::ValuesIn(reference::legs),
+INSTANTIATE_TEST_SUITE_P(Reference, DeclaredLegs, ::testing::ValuesIn(reference::all_legs()),
                          [](const auto& info) {
                            std::string name;
                            for (const char each : info.param.name) {

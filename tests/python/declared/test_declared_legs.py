@@ -26,6 +26,8 @@ SHOWN = {  # by the reference of declared legs; and the sensor's gain and offset
     # Of the four-bar crank the reference shows four numbers more, which the file calls exact.
     "3RRR_four_bar": "base_x base_y proximal_x distal_x platform_x platform_y",
     "gough_imperfect": "base_x base_y base_z cross_z platform_x platform_y platform_z",
+    "h4": "base_x base_y base_z base_rx base_rz crank_x rod_x bar_x bar_y bar_rx bar_ry",
+    "cables4": "cable_at_x cable_at_y cable_at_z cable_end_x cable_end_y cable_end_z",
 }
 PLANAR = """\
 schema = 1

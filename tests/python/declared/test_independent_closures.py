@@ -70,6 +70,8 @@ def frames_apart(left: Array, right: Array) -> Array:
 
 
 def pose_matrix(pose: Array) -> Array:
+    if len(pose) == 4:
+        return move(*pose[:3]) @ turn("z", pose[3])
     if len(pose) == 3:
         return move(*pose)
     x, y, z, w = pose[3:]
@@ -119,8 +121,22 @@ def gough(p: Mapping[str, float], q: float, passive: Array, pose: Array) -> Arra
     return np.asarray((left - pose_matrix(pose) @ fixed(p, "platform"))[:3, 3])
 
 
+def h4(p: Mapping[str, float], q: float, passive: Array, pose: Array) -> Array:
+    left = fixed(p, "base") @ turn("y", q) @ fixed(p, "crank")
+    left = left @ turn("z", passive[0]) @ turn("y", passive[1]) @ fixed(p, "rod")
+    right = pose_matrix(pose) @ fixed(p, "bar") @ turn("z", -pose[3]) @ fixed(p, "plate")
+    return np.asarray((left - right)[:3, 3])
+
+
+def cable(p: Mapping[str, float], q: float, passive: Array, pose: Array) -> Array:  # noqa: ARG001
+    apart = fixed(p, "cable_at") - pose_matrix(pose) @ fixed(p, "cable_end")
+    return np.array([np.linalg.norm(apart[:3, 3]) - q])
+
+
 def least_residual(closure: Callable[[Array], Array], passive: Array) -> float:
     """How near passive joints come to closing a leg, by Gauss-Newton with differences."""
+    if not len(passive):
+        return float(np.abs(closure(passive)).max())
     for _ in range(40):
         at = closure(passive)
         if np.abs(at).max() < 1e-13:
@@ -138,6 +154,8 @@ CASES: dict[str, tuple[Closure, list[float]]] = {
     "tripteron": (tripteron, [1.5, -1.7]),
     "3RRR_four_bar": (four_bar, [2.6, 1.05, -1.05, 1.0]),
     "gough_imperfect": (gough, [0.0, 0.0]),
+    "h4": (h4, [0.0, 0.5]),
+    "cables4": (cable, []),
 }
 
 

@@ -22,7 +22,10 @@ def schema() -> Any:
 def alternative(schema: Any, chain: str, platform: str = "rigid") -> Any:
     for found in schema["anyOf"]:
         properties = found["properties"]
-        if (properties["chain"].get("const"), properties["platform"]["const"]) == (chain, platform):
+        if (properties["chain"].get("const"), properties["platform"].get("const")) == (
+            chain,
+            platform,
+        ):
             return found
     raise AssertionError(f"no alternative for {chain} {platform}")
 
@@ -39,12 +42,16 @@ def fits(value: Any, schema: Any) -> bool:
     if kinds and not any(isinstance(value, names[kind]) for kind in kinds):
         return False
     if isinstance(value, dict):
-        return set(schema.get("required", ())) <= set(value) <= set(schema["properties"]) and all(
-            fits(item, schema["properties"][key]) for key, item in value.items()
+        known = schema.get("properties", {})
+        others = schema.get("additionalProperties", {})
+        if others is False and not set(value) <= set(known):
+            return False
+        return set(schema.get("required", ())) <= set(value) and all(
+            fits(item, known.get(key, others)) for key, item in value.items()
         )
     if isinstance(value, list):
         count = schema.get("minItems", 0) <= len(value) <= schema.get("maxItems", len(value))
-        kinds = schema.get("prefixItems") or [schema["items"]] * len(value)
+        kinds = schema.get("prefixItems") or [schema.get("items", {})] * len(value)
         return count and all(map(fits, value, kinds))
     if isinstance(value, str):
         return len(value) <= schema.get("maxLength", len(value))
@@ -94,18 +101,22 @@ def test_the_schema_has_no_null_since_toml_has_none(schema: Any) -> None:
     assert '"null"' not in json.dumps(schema, allow_nan=False)
 
 
-def test_a_file_that_declares_its_legs_has_an_alternative(schema: Any) -> None:
-    known = [each["properties"] for each in schema["anyOf"] if "chains" in each["properties"]]
-    folder = Path(__file__).parents[3] / "mechanisms" / "declared"
-    for path in folder.glob("*.toml"):
-        values = read_toml(path).values
-        platform = values.get("platform", "rigid")
-        assert any(
-            set(values) <= set(each)
-            and each["platform"]["const"] == platform
-            and set(values["workspace"]) <= set(each["workspace"]["properties"])
-            for each in known
-        )
-        for chain in values["chains"].values():
-            of_chain = known[0]["chains"]["additionalProperties"]["properties"]
-            assert set(chain) <= set(of_chain)
+ROOT = Path(__file__).parents[3]
+DECLARED = sorted(
+    [
+        *(ROOT / "mechanisms" / "declared").glob("*.toml"),
+        *(ROOT.parent / "shared" / "reference" / "declared_legs").glob("*.toml"),
+    ]
+)
+
+
+@pytest.mark.parametrize("path", DECLARED, ids=lambda path: f"{path.parent.name}/{path.stem}")
+def test_a_file_that_declares_its_legs_fits_the_schema(schema: Any, path: Path) -> None:
+    values = read_toml(path).values
+    assert fits(values, schema)
+    assert not fits({**values, "nosie": {}}, schema)
+    workspace = values["workspace"]
+    assert not fits({**values, "workspace": {**workspace, "hoem": []}}, schema)
+    for name, chain in values.get("chains", {}).items():
+        wrong = {**values["chains"], name: {**chain, "paths": []}}
+        assert not fits({**values, "chains": wrong}, schema)

@@ -90,9 +90,12 @@ Assembly::Assembly(const Description& leg, const Home& home)
   basis_ = basis_of(columns, passive_, passive_rank_);
   closures_ = loops_.equations() - passive_rank_;
   if (closures_ < 1) {
-    throw InvalidInput("a leg whose passive joints have " + std::to_string(passive_rank_) +
-                       " freedoms binds nothing of its " + std::to_string(loops_.equations()) +
-                       " equations");
+    const auto freedoms = static_cast<std::size_t>(passive_rank_) + read_.size();
+    throw InvalidInput("a leg with " + std::to_string(freedoms) +
+                       " freedoms: its passive joints alone meet all " +
+                       std::to_string(loops_.equations()) +
+                       " equations of its loops, so that it binds nothing; expected fewer joints, "
+                       "or a ball or rods where a link may spin");
   }
   if (whole_rank_ - passive_rank_ < static_cast<int>(read_.size())) {
     throw InvalidInput(

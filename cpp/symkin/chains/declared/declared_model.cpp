@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <string_view>
 #include <utility>
 
+#include "symkin/chains/declared/recognition.hpp"
 #include "symkin/model/one_by_one_newton.hpp"
 #include "symkin/model/pose.hpp"
 #include "symkin/model/sensor.hpp"
@@ -28,6 +30,8 @@ std::vector<int> tangent_of(PoseSpace space) {
       return {0, 1, 2};
     case PoseSpace::spherical:
       return {3, 4, 5};
+    case PoseSpace::schoenflies:
+      return {0, 1, 2, 5};
     case PoseSpace::spatial:
       break;
   }
@@ -53,16 +57,19 @@ ActiveJoint active_joint(const Description& leg) {
   return along_y ? ActiveJoint::mirrored_joint_travel : ActiveJoint::joint_travel;
 }
 
-ChainInfo info_of(const Declaration& declaration, int closures) {
+ChainInfo info_of(const Declaration& declaration, int closures, std::string_view known) {
   const std::string& name = declaration.name;
-  ChainInfo info{name,
-                 declaration.pose_space,
-                 {},
-                 active_joint(declaration.leg),
-                 closures,
-                 false,
-                 "without meaning: the joints at home say how the leg stands",
-                 declaration.free};
+  ChainInfo info{
+      name,
+      declaration.pose_space,
+      {},
+      active_joint(declaration.leg),
+      closures,
+      false,
+      "without meaning: the joints at home say how the leg stands",
+      declaration.free,
+      known,
+      declaration.leg.loops.size() == 1 && declaration.leg.loops.front().length_joint >= 0};
   if (closures > 1 && declaration.pose_space != PoseSpace::spatial) {
     throw InvalidInput("chain " + name + " has " + std::to_string(closures) +
                        " equations for one reading, which bind the platform; expected a platform "
@@ -78,8 +85,12 @@ ChainInfo info_of(const Declaration& declaration, int closures) {
 class DeclaredModel final : public ChainModel {
  public:
   // What is declared stays where it is: info and assembly look at it.
-  DeclaredModel(std::shared_ptr<const Declaration> declaration, const Assembly& assembly)
-      : ChainModel(with_parameters(*declaration, info_of(*declaration, assembly.closures()))),
+  DeclaredModel(std::shared_ptr<const Declaration> declaration, const Assembly& assembly,
+                std::optional<Recognised> known)
+      : ChainModel(with_parameters(
+            *declaration, info_of(*declaration, assembly.closures(),
+                                  known ? known->known().info().name : std::string_view()))),
+        known_(std::move(known)),
         declaration_(std::move(declaration)),
         assembly_(assembly),
         tangent_(tangent_of(declaration_->pose_space)),
@@ -89,6 +100,10 @@ class DeclaredModel final : public ChainModel {
 
   void inverse_kinematics(ConstVector parameters, int /*working_mode*/, ConstRows poses,
                           Eigen::Ref<Vector> readings) const override {
+    if (Vector own; is_known(parameters, own)) {
+      known_->known().inverse_kinematics(own, known_->working_mode(parameters), poses, readings);
+      return;
+    }
     Assembly leg = at(parameters);
     Joints joints;
     for (Index i = 0; i < poses.rows(); ++i) {
@@ -100,6 +115,10 @@ class DeclaredModel final : public ChainModel {
 
   void reach_margin(ConstVector parameters, ConstRows poses,
                     Eigen::Ref<Vector> margins) const override {
+    if (Vector own; is_known(parameters, own)) {
+      known_->known().reach_margin(own, poses, margins);
+      return;
+    }
     Assembly leg = at(parameters);
     for (Index i = 0; i < poses.rows(); ++i) {
       margins[i] = leg.reach_margin(pose(poses, i), tangent_);
@@ -108,6 +127,12 @@ class DeclaredModel final : public ChainModel {
 
   void linearise(ConstVector parameters, ConstRows poses, ConstVector readings,
                  ClosureRows& rows) const override {
+    RowMatrix slopes;
+    if (Vector own; is_known(parameters, own, &slopes)) {
+      known_->known().linearise(own, poses, readings, rows);
+      rows.by_parameters = (rows.by_parameters * slopes).eval();
+      return;
+    }
     const auto count = static_cast<Index>(declaration_->leg.scalars.size());
     rows.by_parameters.setZero(poses.rows() * info().closures, parameter_count());
     const LinearSensor sensor = this->sensor(parameters);
@@ -122,6 +147,10 @@ class DeclaredModel final : public ChainModel {
 
   void linearise_pose(ConstVector parameters, ConstRows poses, ConstVector readings,
                       ClosureRows& rows) const override {
+    if (Vector own; is_known(parameters, own)) {
+      known_->known().linearise_pose(own, poses, readings, rows);
+      return;
+    }
     each_closure(parameters, poses, readings, rows, [](Index, double, const Work&) {});
   }
 
@@ -151,6 +180,9 @@ class DeclaredModel final : public ChainModel {
   }
 
   RowMatrix inverse_kinematics(const Legs& legs, ConstRows poses) const override {
+    if (const KnownLegs known(*this, legs); known.all()) {
+      return known_->known().inverse_kinematics(known.legs(), poses);
+    }
     RowMatrix readings(poses.rows(), static_cast<Index>(legs.size()));
     Vector of_leg(poses.rows());
     for (std::size_t i = 0; i < legs.size(); ++i) {
@@ -161,6 +193,9 @@ class DeclaredModel final : public ChainModel {
   }
 
   RowMatrix reach_margin(const Legs& legs, ConstRows poses) const override {
+    if (const KnownLegs known(*this, legs); known.all()) {
+      return known_->known().reach_margin(known.legs(), poses);
+    }
     RowMatrix margins(poses.rows(), static_cast<Index>(legs.size()));
     Vector of_leg(poses.rows());
     for (std::size_t i = 0; i < legs.size(); ++i) {
@@ -172,6 +207,9 @@ class DeclaredModel final : public ChainModel {
 
   PoseDerivatives linearise_pose(const Legs& legs, ConstRows poses,
                                  const RowMatrix& readings) const override {
+    if (const KnownLegs known(*this, legs); known.all()) {
+      return known_->known().linearise_pose(known.legs(), poses, readings);
+    }
     const auto closures = static_cast<Index>(info().closures);
     const auto dof = static_cast<Index>(tangent_.size());
     const auto columns = static_cast<Index>(legs.size()) * closures;
@@ -198,11 +236,39 @@ class DeclaredModel final : public ChainModel {
   void forward_kinematics(const Legs& legs, const RowMatrix& readings, ConstRows start,
                           const ForwardKinematicsOptions& options, RowMatrix& poses,
                           std::vector<ForwardStatus>& status) const override {
+    if (const KnownLegs known(*this, legs); known.all()) {
+      known_->known().forward_kinematics(known.legs(), readings, start, options, poses, status);
+      return;
+    }
     symkin::forward_kinematics({std::vector<const LegModel*>(legs.size(), this), legs}, readings,
                                start, options, poses, status);
   }
 
  private:
+  bool is_known(ConstVector parameters, Vector& own, RowMatrix* slopes = nullptr) const {
+    return known_ && known_->parameters(parameters, own, slopes);
+  }
+
+  // Legs as the known chain has them, unless one of them is none of its.
+  class KnownLegs {
+   public:
+    KnownLegs(const DeclaredModel& model, const Legs& legs) : all_(model.known_.has_value()) {
+      own_.resize(all_ ? legs.size() : 0);
+      for (std::size_t i = 0; i < own_.size(); ++i) {
+        const auto parameters = model.parameters_of(legs[i]);
+        all_ = all_ && model.known_->parameters(parameters, own_[i], nullptr);
+        legs_.push_back({own_[i].data(), model.known_->working_mode(parameters)});
+      }
+    }
+    bool all() const { return all_; }
+    const Legs& legs() const { return legs_; }
+
+   private:
+    bool all_;
+    std::vector<Vector> own_;
+    Legs legs_;
+  };
+
   static ChainInfo with_parameters(const Declaration& declaration, ChainInfo info) {
     for (const Scalar& scalar : declaration.leg.scalars) {
       info.parameters.push_back({scalar.name, scalar.role, scalar.held});
@@ -283,6 +349,7 @@ class DeclaredModel final : public ChainModel {
     }
   }
 
+  std::optional<Recognised> known_;
   std::shared_ptr<const Declaration> declaration_;
   Assembly assembly_;
   std::vector<int> tangent_;
@@ -296,9 +363,9 @@ Pose pose_of(PoseSpace space, const double* row) {
   Pose pose;
   const Index size = position_size(space);
   pose.position.head(size) = Eigen::Map<const Vector>(row, size);
-  if (space == PoseSpace::planar) {
-    const double cosine = std::cos(row[2]);
-    const double sine = std::sin(row[2]);
+  if (has_angle(space)) {
+    const double cosine = std::cos(row[size]);
+    const double sine = std::sin(row[size]);
     pose.rotation.topLeftCorner<2, 2>() << cosine, -sine, sine, cosine;
   } else if (has_quaternion(space)) {
     pose.rotation = rotation_matrix(row + size);
@@ -311,7 +378,8 @@ std::unique_ptr<const ChainModel> declared_model(const Declaration& declaration)
   auto lasting = std::make_shared<const Declaration>(declaration);
   const Assembly assembly(lasting->leg, {pose_of(lasting->pose_space, lasting->home_pose.data()),
                                          lasting->home_joints});
-  return std::make_unique<DeclaredModel>(std::move(lasting), assembly);
+  std::optional<Recognised> known = lasting->recognise ? recognised(*lasting) : std::nullopt;
+  return std::make_unique<DeclaredModel>(std::move(lasting), assembly, std::move(known));
 }
 
 }  // namespace symkin::declared

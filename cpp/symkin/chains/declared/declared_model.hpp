@@ -18,6 +18,7 @@ struct Declaration {
   Vector home_pose;         // a row of a pose array
   Vector home_joints;       // that stand by themselves
   std::vector<Index> free;  // coordinates that can be chosen where the legs bind the platform
+  bool recognise = true;    // run as a known chain where it is one
 };
 
 // The parameters of a leg are its scalars, its handedness, and those of a linear sensor. Throws
@@ -28,6 +29,10 @@ std::unique_ptr<const ChainModel> declared_model(const Declaration& declaration)
 // `known` any value may be found. Throws InvalidInput where none is.
 Vector joints_at_home(const Description& leg, const Pose& pose, ConstVector start,
                       const std::vector<bool>& known);
+
+// The joints by themselves of a leg with such parameters, a row a pose; not numbers where it does
+// not reach.
+RowMatrix joints_at(const Declaration& declaration, ConstVector parameters, ConstRows poses);
 
 // Which scalars show nothing that the sensors and other scalars do not show at full poses near
 // home, in first order: lengths of links are kept first, then positions at the base, at the

@@ -2,6 +2,7 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <random>
 
@@ -132,6 +133,28 @@ Vector joints_at_home(const Description& leg, const Pose& pose, ConstVector star
     }
   }
   throw InvalidInput("no joint values near those of home close the leg at the pose home");
+}
+
+RowMatrix joints_at(const Declaration& declaration, ConstVector parameters, ConstRows poses) {
+  const Description& drawn = declaration.leg;
+  Assembly leg(drawn, {pose_of(declaration.pose_space, declaration.home_pose.data()),
+                       declaration.home_joints});
+  std::vector<TransformValues> values = drawn.transforms;
+  for (std::size_t i = 0; i < drawn.scalars.size(); ++i) {
+    const Scalar& scalar = drawn.scalars[i];
+    values[static_cast<std::size_t>(scalar.transform)][static_cast<std::size_t>(scalar.slot)] =
+        parameters[static_cast<Index>(i)];
+  }
+  leg.set_leg(values, parameters[static_cast<Index>(drawn.scalars.size())] < 0);
+  RowMatrix all = RowMatrix::Constant(poses.rows(), declaration.home_joints.size(),
+                                      std::numeric_limits<double>::quiet_NaN());
+  Joints joints;
+  for (Index i = 0; i < poses.rows(); ++i) {
+    if (leg.close(pose_of(declaration.pose_space, poses.row(i).data()), joints)) {
+      all.row(i) = joints.transpose();
+    }
+  }
+  return all;
 }
 
 std::vector<bool> redundant_scalars(const std::vector<Declaration>& readings) {

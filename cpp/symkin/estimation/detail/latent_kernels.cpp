@@ -23,6 +23,7 @@ void of_rows(const LatentRows& rows, const Visit& visit) {
 template <typename T, typename Visit>
 void of_size(const LatentRows& rows, const Visit& visit) {
   rows.dof == 6   ? of_rows<T, 6>(rows, visit)
+  : rows.dof == 4 ? of_rows<T, 4>(rows, visit)
   : rows.dof == 3 ? of_rows<T, 3>(rows, visit)
                   : of_rows<T, 2>(rows, visit);
 }

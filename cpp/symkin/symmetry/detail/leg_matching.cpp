@@ -462,8 +462,8 @@ Matrix3d rotation_at(const Mechanism& mechanism, ConstVector home) {
     return rotation_matrix(home.data() + position_size(space));
   }
   Matrix3d turn = Matrix3d::Identity();
-  turn.topLeftCorner<2, 2>() << std::cos(home[2]), -std::sin(home[2]), std::sin(home[2]),
-      std::cos(home[2]);
+  const double angle = home[position_size(space)];
+  turn.topLeftCorner<2, 2>() << std::cos(angle), -std::sin(angle), std::sin(angle), std::cos(angle);
   return turn;
 }
 

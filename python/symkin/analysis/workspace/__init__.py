@@ -60,7 +60,7 @@ class WorkspaceSample(Result):
         How many poses were drawn from the box for them.
     rejected : dict of str to int
         How many were rejected: "reach", "limits", "aspect", "conditioning".
-    pose_space : {"planar", "point", "spatial", "translating", "spherical"}
+    pose_space : {"planar", "point", "spatial", "translating", "spherical", "schoenflies"}
         Kind of the poses.
     reading_unit : {"rad", "m"}
         Of the readings.
@@ -176,9 +176,9 @@ def workspace_coordinates(mechanism: Mechanism, poses: ArrayLike) -> NDArray[np.
     rows = _rows(mechanism, poses)
     if not mechanism.space.turns:
         return rows
-    if mechanism.pose_space == "planar":
-        turned = np.pi - np.remainder(np.pi - rows[:, 2:], 2 * np.pi)
-        return np.hstack([rows[:, :2], turned])
+    if mechanism.space.has_angle:
+        turned = np.pi - np.remainder(np.pi - rows[:, -1:], 2 * np.pi)
+        return np.hstack([rows[:, :-1], turned])
     return np.hstack([rows[:, :-4], vectors_from_quaternions(rows[:, -4:])])
 
 
@@ -189,12 +189,12 @@ def inside_box(mechanism: Mechanism, poses: ArrayLike) -> NDArray[np.bool_]:
     inside = np.ones(len(rows), dtype=np.bool_)
     if workspace is None:
         return inside
-    planar = mechanism.pose_space == "planar"
-    columns = (rows if planar else workspace_coordinates(mechanism, rows)).T.copy()
-    if planar:
+    angle = mechanism.space.has_angle
+    columns = (rows if angle else workspace_coordinates(mechanism, rows)).T.copy()
+    if angle:
         # A box may reach beyond half a turn.
-        centre = (workspace.lower[2] + workspace.upper[2]) / 2
-        columns[2] -= 2 * np.pi * np.rint((columns[2] - centre) / (2 * np.pi))
+        centre = (workspace.lower[-1] + workspace.upper[-1]) / 2
+        columns[-1] -= 2 * np.pi * np.rint((columns[-1] - centre) / (2 * np.pi))
     slack = 1e-9  # of an image that rounding has put on the other side
     for free in mechanism.free:
         lower, upper = workspace.lower[free], workspace.upper[free]

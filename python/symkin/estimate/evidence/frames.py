@@ -32,7 +32,7 @@ def with_frames(
         return dataclasses.replace(options, frames=("base",))
     fixed = options.fixed
     if not np.isfinite(measurements.poses[:, space.size :]).any():
-        fixed += ("target.phi",) if len(space.rotation) == 1 else ("target.r?",)
+        fixed += ("target.phi",) if space.size == 2 else ("target.r?",)
     return dataclasses.replace(options, frames=("base", "target"), fixed=fixed)
 
 

@@ -170,17 +170,21 @@ def _conventions(nominal: Mechanism, poses: Array) -> Iterator[tuple[str, Array,
         "spherical": rotations,
     }
     positions = conventions["translating"]
+    conventions["schoenflies"] = {
+        words: (*signs, -1 if words[0] in "xy" else 1) for words, signs in positions.items()
+    }
     conventions["spatial"] = {
         words: positions.get(words, (1, 1, 1)) + signs for words, signs in rotations.items()
     }
     for words, factors in conventions[nominal.pose_space].items():
         signs = np.array(factors, dtype=float)
         yield words, poses * signs, _negate(nominal, signs)
-    if nominal.pose_space == "planar":
-        signs = np.array([1.0, 1.0, -1.0])
+    if nominal.space.has_angle:
+        still, name = np.ones(nominal.space.size), nominal.space.rotation[0]
+        signs = np.append(still, -1.0)
         yield "the angle has the opposite sign", poses * signs, _negate(nominal, signs)
-        radians = poses * np.array([1.0, 1.0, math.pi / 180])
-        yield "angles are degrees, not radians", radians, "name their column phi_deg"
+        radians = poses * np.append(still, math.pi / 180)
+        yield "angles are degrees, not radians", radians, f"name their column {name}_deg"
     if nominal.space.has_quaternion:
         position = nominal.space.size
         scalar_last = np.hstack([poses[:, :position], np.roll(poses[:, position:], -1, axis=1)])
@@ -190,11 +194,12 @@ def _conventions(nominal: Mechanism, poses: Array) -> Iterator[tuple[str, Array,
 
 def _rarer_orientations(nominal: Mechanism, poses: Array) -> Iterator[tuple[str, Array, str]]:
     """Ways in which orientations may have been written down, less often; as `_conventions`."""
-    if nominal.pose_space == "planar":
+    if nominal.space.has_angle:
+        still, name = np.zeros(nominal.space.size), nominal.space.rotation[0]
         for quarter, side in ((math.pi / 2, "y"), (-math.pi / 2, "minus y")):
             words = f"the angle is counted from {side}, not x"
-            remedy = f"{'add 90 degrees to' if quarter > 0 else 'take 90 degrees from'} phi"
-            yield words, poses + np.array([0.0, 0.0, quarter]), remedy
+            remedy = f"{'add 90 degrees to' if quarter > 0 else 'take 90 degrees from'} {name}"
+            yield words, poses + np.append(still, quarter), remedy
     size = nominal.space.size
     if not nominal.space.has_quaternion or not np.isfinite(poses[:, size:]).all():
         return

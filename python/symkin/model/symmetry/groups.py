@@ -380,7 +380,7 @@ def generate_orbits(
         Its `elements`, or all of its group in the order r0, s0, r1, s1, ... carry each of them.
         Where an image of a leg is the leg itself, or another image, as that of a leg on a mirror,
         it is not doubled; rotations, which keep the working mode, go before reflections.
-    platform : {"rigid", "point", "translating", "spherical"}
+    platform : {"rigid", "point", "translating", "spherical", "schoenflies"}
         See `Mechanism`.
     """
     group, elements = _carrying(symmetry)

@@ -358,8 +358,8 @@ def fixes_home(
     home = mechanism.home
     image = pair.transform_poses(mechanism.core, home[None, :])[0]
     off = image - home
-    if mechanism.pose_space == "planar":
-        off[2] = math.remainder(off[2], 2 * math.pi)
+    if mechanism.space.has_angle:
+        off[-1] = math.remainder(off[-1], 2 * math.pi)
     elif mechanism.space.turns:  # a quaternion is the same turned round; half an angle, about
         turned = np.array([image[-4:] - home[-4:], image[-4:] + home[-4:]])
         off[-4:] = 2 * turned[np.argmin(np.abs(turned).max(axis=1))]

@@ -137,7 +137,7 @@ def poses(
         Poses of each leg's set.
     labels : sequence of str
         Of the sets, by default "leg 1", "leg 2", ...
-    pose_space : {"planar", "point", "spatial", "translating", "spherical"}, optional
+    pose_space : {"planar", "point", "spatial", "translating", "spherical", "schoenflies"}, optional
         Kind of the poses; by default what they say, or by how many coordinates they have.
     figure : Figure or SubFigure, optional
         Where to draw, by default in a new one.
@@ -246,8 +246,8 @@ def active_joints(study: WorkspaceStudy, *, figure: FigureBase | None = None) ->
 def _orientations(space: str, poses: Array) -> Array | None:
     """Orientation of each pose as one number: the angle, or the angle of the rotation."""
     factor, _ = on_paper("rad")
-    if space == "planar":
-        return factor * poses[:, 2]
+    if POSE_SPACES[space].has_angle:
+        return factor * poses[:, -1]
     if space == "spatial":
         vector = np.linalg.norm(poses[:, 3:6], axis=1)
         return np.asarray(2 * factor * np.arctan2(vector, np.abs(poses[:, 6])))
@@ -255,7 +255,8 @@ def _orientations(space: str, poses: Array) -> Array | None:
 
 
 def _orientation_label(space: str) -> str:
-    of = "\N{GREEK SMALL LETTER PHI}" if space == "planar" else "angle of rotation"
+    letters = {"phi": "\N{GREEK SMALL LETTER PHI}", "theta": "\N{GREEK SMALL LETTER THETA}"}
+    of = letters.get(POSE_SPACES[space].rotation[0], "angle of rotation")
     return f"{of}, {on_paper('rad')[1]}"
 
 
