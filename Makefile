@@ -4,7 +4,7 @@ SHELL := /bin/bash
 MAKEFLAGS += --no-builtin-rules --no-print-directory
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
-.PHONY: run study test mutate sanitize lint format bench docs wheel release clean help system-packages system-lint-packages \
+.PHONY: run study test mutate sanitize lint format bench docs wheel wheels release clean help system-packages system-lint-packages \
   system-test-packages
 
 # Set one to nothing to keep make away from the system's packages.
@@ -67,6 +67,10 @@ docs: $(STAMPS)/paper $(STAMPS)/docs ## Build the documentation into build/docs
 wheel: $(STAMPS)/package $(STAMPS)/wheel ## Pack a wheel into dist and try it in a bare environment
 	@scripts/wheel
 
+wheels: $(STAMPS)/requirements $(STAMPS)/cross ## Pack wheels for glibc 2.28, x86-64 and aarch64, into dist; compiles both anew
+	@scripts/cross-wheel x86_64
+	@scripts/cross-wheel aarch64
+
 release: $(STAMPS)/wheel ## Go through the checklist of a release; publishes nothing
 	@scripts/release
 
@@ -92,7 +96,7 @@ $(STAMPS)/venv: scripts/make-venv | system-packages
 
 # Requirements of pyproject.toml: "requirements" to build and run with figures, or an extra.
 $(STAMPS)/requirements $(STAMPS)/test $(STAMPS)/lint $(STAMPS)/docs $(STAMPS)/bench \
-    $(STAMPS)/cluster $(STAMPS)/wheel: \
+    $(STAMPS)/cluster $(STAMPS)/wheel $(STAMPS)/cross: \
     $(STAMPS)/%: pyproject.toml scripts/requirements.py $(STAMPS)/venv
 	@echo "Installing Python packages: $(*:requirements=build, runtime and figures)"
 	@$(PYTHON) scripts/requirements.py $(*:requirements=build runtime figures) > $@.txt

@@ -19,10 +19,13 @@ namespace {
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
-// Poses of the setup's robot along its readings.
+// Poses of the setup's robot along its readings; NaN of one that hangs, which they do not tell.
 RowMatrix continued_poses(const Mechanism& mechanism, const Setup& setup,
                           const Observations& observations, ConstVector home) {
   RowMatrix readings = observations.readings.values;
+  if (mechanism.underdetermined()) {
+    return RowMatrix::Constant(readings.rows(), coordinate_count(mechanism.pose_space()), kUnknown);
+  }
   for (Index leg = 0; leg < readings.cols(); ++leg) {
     for (Index i = 0; i < readings.rows(); ++i) {
       readings(i, leg) = setup.model_reading(leg, readings(i, leg));

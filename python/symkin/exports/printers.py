@@ -24,13 +24,13 @@ CONDITION = 10.0
 _NOISE = NoiseSettings(position=2.5e-5, orientation=0.0, reading=5e-6)
 ASSUMED = (
     f"Noise is assumed: {_NOISE.position * 1e3:g} mm of a height, {_NOISE.reading * 1e3:g} mm of a "
-    "carriage, until identify estimates it. So are workspace and tolerances; the file has them"
+    "carriage. So are workspace and tolerances; the file has them"
 )
 _NOISE_OF_CRANKS = NoiseSettings(position=2.5e-5, orientation=0.0, reading=1e-4)
 ASSUMED_OF_CRANKS = (
     f"Noise is assumed: {_NOISE_OF_CRANKS.position * 1e3:g} mm of a height, "
-    f"{_NOISE_OF_CRANKS.reading * 1e3:g} mrad of a crank, until identify estimates it. So are "
-    "workspace and tolerances; the file has them"
+    f"{_NOISE_OF_CRANKS.reading * 1e3:g} mrad of a crank. So are workspace and tolerances; the "
+    "file has them"
 )
 # What Klipper's own calibration estimates.
 _UNKNOWN = ("sensor_offset", "base_radius", "leg1.base_azimuth", "leg2.base_azimuth")

@@ -714,6 +714,14 @@ def _of_declared_legs() -> Iterator[Call]:
             ]
         ),
     )
+    yield Call(
+        "_core.joints_at",
+        {
+            "parameters": np.array([*(chain.nominal[scalar[0]] for scalar in chain.scalars), 1.0]),
+            "poses": np.array([np.array(chain.home_pose) + off for off in (0.0, 0.01)]),
+        },
+        lambda **arrays: _core.joints_at(chain.core(), **arrays),
+    )
 
 
 def _of_selection() -> Iterator[Call]:

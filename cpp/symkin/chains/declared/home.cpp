@@ -5,6 +5,7 @@
 #include <limits>
 #include <numeric>
 #include <random>
+#include <string>
 
 #include "symkin/chains/declared/declared_model.hpp"
 #include "symkin/model/mechanism.hpp"
@@ -137,6 +138,16 @@ Vector joints_at_home(const Description& leg, const Pose& pose, ConstVector star
 
 RowMatrix joints_at(const Declaration& declaration, ConstVector parameters, ConstRows poses) {
   const Description& drawn = declaration.leg;
+  const auto wanted = static_cast<Index>(drawn.scalars.size()) + 1;
+  const Index coordinates = declaration.home_pose.size();
+  if (parameters.size() != wanted || poses.cols() != coordinates) {
+    throw InvalidInput("there are " + std::to_string(parameters.size()) + " parameters and " +
+                       std::to_string(poses.cols()) + " coordinates of poses; expected " +
+                       std::to_string(wanted) + " and " + std::to_string(coordinates));
+  }
+  if (!parameters.allFinite() || !poses.allFinite()) {
+    throw InvalidInput("parameters or poses are not finite");
+  }
   Assembly leg(drawn, {pose_of(declaration.pose_space, declaration.home_pose.data()),
                        declaration.home_joints});
   std::vector<TransformValues> values = drawn.transforms;

@@ -58,7 +58,8 @@ def notes_of(
         for order in _exchanges(found, heights is not None, doubts)
     ]
     if orders:
-        yield Note("legs-interchangeable", figures={"orders": " or ".join(orders)})
+        words = " or ".join(dict.fromkeys(orders))
+        yield Note("legs-interchangeable", figures={"orders": words})
     if found.mechanism.curvature is not None:
         yield Note("sensors-curved")
     if found.rejected and not found.legs:
