@@ -136,11 +136,11 @@ class _Leg:
         """A body behind a joint."""
         kind, axis, read, follows, ratio, offset = self.chain.joints[index]
         called, along = f"{self.name}_joint{index + 1}", np.array(axis, dtype=float)
-        zero, made = 0.0, "hinge" if kind == "R" else "slide"
+        zero = 0.0
         if follows == -1:
             whole = self._columns[index]
         elif follows == _YAW:
-            whole = ratio * self.values_of_yaw() + offset
+            whole = ratio * self._values_of_yaw() + offset
             self.couplings.append(Coupling(called, self.yaw, ratio, offset))
         else:
             followed, shift = self._name_of(follows)
@@ -149,7 +149,7 @@ class _Leg:
         if read:
             called, zero = self._name_of(index)
         placed = end.fixed @ _motion(kind, along, zero)
-        joint = Joint(called, "hinge" if made == "hinge" else "slide", along)
+        joint = Joint(called, "hinge" if kind == "R" else "slide", along)
         self.bodies.append(
             Body(
                 called.replace("_active", "_driven") + "_body",
@@ -182,7 +182,7 @@ class _Leg:
             return f"{self.name}_active", self.own["sensor_offset"]
         return f"{self.name}_joint{index + 1}", 0.0
 
-    def values_of_yaw(self) -> Array:
+    def _values_of_yaw(self) -> Array:
         """The platform's turn about z."""
         turned = self.platform.rotation
         return np.asarray(np.arctan2(turned[:, 1, 0], turned[:, 0, 0]))

@@ -139,8 +139,7 @@ class _Gains:
     def __init__(self, completing: Completing, covariance: Array) -> None:
         self._of, self._flat = completing, completing.rows.reshape(-1, completing.rows.shape[2])
         self._covariance = covariance
-        self._spread, self._square = _seen(completing.rows, covariance, completing.root)
-        self._largest = self._square.max()
+        self._compute()
 
     def total(self) -> Array:
         """Return the gains, shape (n,)."""
@@ -163,8 +162,11 @@ class _Gains:
         self._square += once + once.transpose(1, 0, 2)
         self._covariance = covariance
         if self._square.max() < _LEFT * self._largest:
-            self._spread, self._square = _seen(self._of.rows, covariance, self._of.root)
-            self._largest = self._square.max()
+            self._compute()
+
+    def _compute(self) -> None:
+        self._spread, self._square = _seen(self._of.rows, self._covariance, self._of.root)
+        self._largest = self._square.max()
 
 
 def _seen(rows: Array, covariance: Array, root: Array) -> tuple[Array, Array]:
