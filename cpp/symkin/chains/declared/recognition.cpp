@@ -236,7 +236,8 @@ std::optional<Found> planar(const Description& leg) {
       found.turned = base.azimuth;
     }
   }
-  if (whole && left.joint(JointKind::turn).read) {
+  // On a point it turns nothing, and may be left out.
+  if ((whole || left.at_joint(JointKind::turn)) && left.joint(JointKind::turn).read) {
     return std::nullopt;
   }
   if (!left.ends()) {
@@ -307,7 +308,7 @@ std::optional<Found> spatial(const Description& leg, bool translating) {
     base = left.transform({Slot::azimuth, Slot::x, Slot::y, Slot::z});
     read_carrier(left, found, base);
     if (distance) {
-      if (left.at_transform() && found.chain == "[P]US") {
+      if (left.at_transform()) {  // where the rod begins, which says nothing more
         static_cast<void>(left.transform({}));
       }
       Number length{-1, leg.transforms[static_cast<std::size_t>(loop.length_transform)][1]};
