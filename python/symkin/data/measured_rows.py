@@ -415,14 +415,7 @@ class MeasuredRows(Result):
             it, each in the place of the coordinate that it is nearest to.
         """
         found = self.coordinate_deviations(noise)
-        for name, own in found.items():
-            directed = self._directed(name, noise, own)
-            if directed is not None:
-                found[name] = np.array(own)
-                places = found[name].reshape(len(own), -1)
-                count = directed.deviations[0].size if len(own) else 0
-                places[:, :count] = directed.deviations.reshape(len(own), -1)
-        return found
+        return {name: _along(own, self._directed(name, noise, own)) for name, own in found.items()}
 
     def coordinate_deviations(self, noise: NoiseSettings) -> dict[str, NDArray[np.float64]]:
         """As `standard_deviations`, along the coordinates, whatever is correlated."""
@@ -475,15 +468,15 @@ class MeasuredRows(Result):
         With the covariates that the slopes of a setup belong to, if it has any.
         """
         nothing = np.empty((0, 0))
-        deviations = self.standard_deviations(noise)
-        along_coordinates = self.coordinate_deviations(noise)
+        deviations = self.coordinate_deviations(noise)
 
         def observed(name: str) -> _core.Observed:
             values = getattr(self, name)
             if values is None:
                 return _core.Observed(nothing, nothing)
-            own, sizes = (np.ascontiguousarray(_flat(e)) for e in (values, deviations[name]))
-            directed = self._directed(name, noise, along_coordinates[name])
+            directed = self._directed(name, noise, deviations[name])
+            sizes = _along(deviations[name], directed)
+            own, sizes = (np.ascontiguousarray(_flat(e)) for e in (values, sizes))
             axes = nothing if directed is None else directed.in_space
             return _core.Observed(own, sizes, axes)
 
@@ -611,6 +604,16 @@ class MeasuredRows(Result):
         optional |= {*CIRCUMSTANCES}
         document = super().to_dict()
         return {k: v for k, v in document.items() if not (v is None and k in optional)}
+
+
+def _along(deviations: NDArray[np.float64], directed: Directed | None) -> NDArray[np.float64]:
+    """Deviations of coordinates, or those along axes of their own in the places of these."""
+    if directed is None:
+        return deviations
+    found = np.array(deviations)
+    count = directed.deviations[0].size if len(found) else 0
+    found.reshape(len(found), -1)[:, :count] = directed.deviations.reshape(len(found), -1)
+    return found
 
 
 def _flat(values: NDArray[Any]) -> NDArray[Any]:

@@ -6,7 +6,8 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -146,9 +147,9 @@ class Problem:
         mechanism: Mechanism,
         measurements: Measurements,
         options: EstimateOptions,
-        layout: Layout | None = None,
+        lay_out: Callable[..., Layout] | None = None,
     ) -> Problem:
-        """Lay out what is unknown, unless that is known, and find where the frames are."""
+        """Lay out what is unknown, by default by `layout_of`, and find where the frames are."""
         if options.poses == "own":
             measurements = own_readings(measurements)
         measurements.require_legs(len(mechanism.legs))
@@ -163,13 +164,12 @@ class Problem:
         covariates = options.covariates(straight, measurements)
         slopes = slopes_of(covariates, len(mechanism.legs))
         setup = core_setup(placed, mechanism.curvature, slopes)
-        if layout is None:
-            layout = layout_of(straight, setup, options, readings, covariates)
+        layout = (lay_out or layout_of)(straight, setup, options, readings, covariates)
         noise = options.declared(mechanism.noise)
         made = cls(straight, setup, layout, measurements, noise, options, covariates)
         return (made if marked else made._with_frames())._tied()
 
-    @property
+    @cached_property
     def observations(self) -> _core.Observations:
         """What was observed, as the core takes it."""
         return self.observed_in(self.measurements)
@@ -328,7 +328,7 @@ class Problem:
         setup, measured = self.setup, self.measurements
         columns = [each.values for each in self.covariates if each.of == "base"]
         if not columns:
-            return starting_poses(self.mechanism, setup, measured, self.noise)
+            return starting_poses(self.mechanism, setup, measured, self.observations)
         moves = np.column_stack(columns) @ setup.base_slopes
         poses = np.full(measured.poses.shape, np.nan)
         different, group = np.unique(moves, axis=0, return_inverse=True)
@@ -338,7 +338,8 @@ class Problem:
             base = _core.Frame(setup.base.position + move[:3], turn @ setup.base.rotation)
             there = setup_with(setup, self.mechanism.straight, base=base)
             own = measured.subset(rows) if len(different) > 1 else measured
-            poses[rows] = starting_poses(self.mechanism, there, own, self.noise)
+            seen = own.observations(self.noise)
+            poses[rows] = starting_poses(self.mechanism, there, own, seen)
         return poses
 
     def _at_rest(
@@ -405,7 +406,7 @@ class Problem:
                 else ""
             )
             return self, fit, words
-        start = starting_poses(self.mechanism, self.setup, self.measurements, self.noise)
+        start = starting_poses(self.mechanism, self.setup, self.measurements, self.observations)
         try:
             return self, self.fit(start=start), ""
         except NotIdentifiableError as error:

@@ -35,16 +35,18 @@ _NEAR = 0.05  # of the characteristic length: what a drawing may be off by
 
 
 def starting_poses(
-    mechanism: Mechanism, setup: _core.Setup, measurements: Measurements, noise: NoiseSettings
+    mechanism: Mechanism,
+    setup: _core.Setup,
+    measurements: Measurements,
+    observations: _core.Observations,
 ) -> Array:
     """Where latent poses start, shape (N, coordinates); NaN where nothing says.
 
     What was reported or measured in full, else forward kinematics, else what points say, else where
     the robot was sent, else, if no row has a start, continuation from home by what was observed.
+    The observations are those of the measurements.
     """
-    poses = _core.starting_poses(
-        mechanism.straight, setup, measurements.observations(noise), mechanism.home
-    )
+    poses = _core.starting_poses(mechanism.straight, setup, observations, mechanism.home)
     for more in (_by_points, _by_command, _by_steps):
         open_ = np.flatnonzero(~whole(poses))
         if more is _by_steps and len(open_) < len(poses):

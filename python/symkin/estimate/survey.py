@@ -342,7 +342,7 @@ class Survey(Value):
             )
         problem = Problem.of(self.mechanism, measured, self.options)
         setup, seen = problem.setup, problem.observations
-        places = starting_poses(self.mechanism, setup, measured, problem.noise)
+        places = starting_poses(self.mechanism, setup, measured, seen)
         rows = layout.rows_of(self.mechanism.core, setup, seen, places)
         found = np.isfinite(rows).all(axis=(1, 2))
         return rows[found], places[found]

@@ -352,6 +352,7 @@ WAYS = {
     "frames": {"frames": ["base", "target"]},
     "curved": {"sensor": "quadratic"},
     "positions": {},
+    "changing": {"drift": ["leg"], "growth": True, "prior": "tolerances"},
 }
 FEW = {"one pose too few", "no pose to spare", "one pose to spare", "poses alike"}
 FRAMES = {
@@ -367,6 +368,7 @@ EXPLAINED = {
     "shared": FEW,
     "curved": FEW,
     "positions": FEW,
+    "changing": FEW,
     "frames": FEW | FRAMES,
 }
 
@@ -389,6 +391,23 @@ def test_no_way_of_asking_doubts_sound_measurements(measured, way):
     if way == "positions":
         sound = replace(sound, poses=sound.poses * [1, 1, np.nan])
     assert symkin.identify(mechanism, sound, **WAYS[way]).doubts == ()
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"drift": ["leg"]},
+        {"drift": ["frame"], "frames": ["base"]},
+        {"step": [40], "growth": True},
+        {"backlash": True, "sensor": "quadratic"},
+    ],
+    ids=str,
+)
+def test_a_cause_is_named_although_the_robot_changes_while_it_is_measured(measured, changes):
+    mechanism, sound = measured["3RRR"]
+    taken = replace(sound, readings=sound.readings[:, [1, 0, 2]])
+    (doubt,) = doubts_of(mechanism, taken, prior="tolerances", **changes)
+    assert (doubt.code, doubt.legs) == ("columns-exchanged", (0, 1))
 
 
 @pytest.mark.parametrize("way", WAYS)

@@ -23,7 +23,7 @@ from symkin.data.measurements import Measurements
 from symkin.errors import FailedFitError, NotIdentifiableError, SymkinError
 from symkin.estimate.evidence.edits import corrections_of, pairs_of
 from symkin.estimate.evidence.findings import Doubt
-from symkin.estimate.evidence.screen import Screen, ShortList
+from symkin.estimate.evidence.screen import FIRST, Screen, ShortList
 from symkin.estimate.evidence.trial import LITTLE, SECOND, Correction, Statement, per_degree
 from symkin.estimate.evidence.watching import is_watched
 from symkin.estimate.options import EstimateOptions
@@ -217,7 +217,7 @@ def hypotheses_of(
     budget, legs = budget or Budget(), len(nominal.legs)
     screen = Screen.of(stated)
     tried = budget.of(corrections_of(stated), legs)
-    listed = screen.short_list(stated, tried) if screen else ShortList((), tuple(tried), ())
+    listed = screen.short_list(stated, tried) if screen else _looked_at(stated, tried)
     alone = _judged(stated, listed, shaped)
     proposed = [each for each in alone if each.proposed]
     before = next(each.per_degree for each in alone if each.cause is None)
@@ -227,8 +227,8 @@ def hypotheses_of(
         return alone
     # Of so many some are much less bad than a great mistake; what they leave has to be little.
     parts = {each.what for each in proposed}
-    tried = budget.of(pairs_of(stated, parts, listed.first if screen else None), legs)
-    listed = screen.short_list(stated, tried) if screen else ShortList((), tuple(tried), ())
+    tried = budget.of(pairs_of(stated, parts, listed.first), legs)
+    listed = screen.short_list(stated, tried) if screen else _looked_at(stated, tried)
     pairs = _judged(stated, listed, shaped)
     found = (each.per_degree for each in pairs if each.proposed)
     return pairs if max(found, default=math.inf) < LITTLE else alone
@@ -242,7 +242,7 @@ def _judged(stated: Correction, listed: ShortList, shaped: bool) -> tuple[Hypoth
         own = {each.cause.code for each in corrections if isinstance(each.cause, Doubt)}
         framed = [each for each in still if each.options.frames and not stated.options.frames]
         still = tuple(framed) if "columns-exchanged" in own else ()
-    corrections += _looked_through(stated, still)
+    corrections += _looked_through(stated, still, _LOOKS)
     poses, steps = SECOND
     tried = [(each, each.some(poses).fit(steps)) for each in corrections]
     rivals = _rivals(tried)
@@ -268,17 +268,27 @@ def _judged(stated: Correction, listed: ShortList, shaped: bool) -> tuple[Hypoth
     return tuple(sorted(hypotheses, key=lambda each: (not each.proposed, each.per_degree)))
 
 
-def _looked_through(stated: Correction, corrections: Sequence[Correction]) -> list[Correction]:
-    """The best after looks at few poses, and then at more."""
+def _looked_at(stated: Correction, corrections: Iterable[Correction]) -> ShortList:
+    """The best after a look at few poses: what a screen does, where poses are not known."""
+    best = _looked_through(stated, corrections, _LOOKS[:1])
+    return ShortList((), tuple(best), tuple(each for each in best if not each.wide)[:FIRST])
+
+
+def _looked_through(
+    stated: Correction, corrections: Iterable[Correction], looks: Sequence[tuple[int, ...]]
+) -> list[Correction]:
+    """The best after looks at few poses, and then at more, the best first."""
     told = observed_count(stated.measurements) - stated.mechanism.space.dof
     enough = math.ceil(_TESTS / max(float(told.mean()), _TESTS / _LOOKS[-1][0]))
     best = list(corrections)
-    for number, framed, steps, followed in _LOOKS:
-        looks = (
+    for number, framed, steps, followed in looks:
+        if len(best) <= followed:
+            continue
+        looked = (
             (each.look(max(framed if each.options.frames else number, enough), steps), each)
             for each in best
         )
-        kept = heapq.nsmallest(followed, looks, key=operator.itemgetter(0))
+        kept = heapq.nsmallest(followed, looked, key=operator.itemgetter(0))
         least = min((value for value, _ in kept), default=math.inf)
         most = _HOPELESS * max(least, 1.0) if least < LITTLE else math.inf
         best = [each for value, each in kept if value <= most]

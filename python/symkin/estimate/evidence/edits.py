@@ -32,6 +32,7 @@ Array = NDArray[np.float64]
 
 _FEW_LEGS = 4  # of which any combination is tried
 _WIDE_GAIN = 1.0  # of the sensor's gain, where it is in question
+_OF_READINGS = ("opposite-sign", "unit-of-readings", "zero-half-a-turn-off")
 _FACTORS = {
     180 / math.pi: "degrees that were stated as radians",
     math.pi / 180: "radians that were stated as degrees",
@@ -87,9 +88,20 @@ def _both(one: Correction, other: Correction) -> Cause:
         first, second = one.told(fit), other.told(fit)
         if first is None or second is None:
             return None
+        first, second = _columns_first(first, second)
         return dataclasses.replace(first, then=(*first.then, second))
 
     return of(None) or of
+
+
+def _columns_first(first: Doubt, second: Doubt) -> tuple[Doubt, Doubt]:
+    """What is wrong with a column's readings is told of the leg that they are of."""
+    if first.code not in _OF_READINGS or second.code != "columns-exchanged":
+        return first, second
+    columns = [int(each) - 1 for each in str(second.figures["columns"]).split(", ")]
+    leg_of = dict(zip(columns, second.legs, strict=True))
+    legs = tuple(sorted(leg_of.get(column, column) for column in first.legs))
+    return second, dataclasses.replace(first, legs=legs)
 
 
 def _sets(count: int, *, alone: bool = False) -> list[tuple[int, ...]]:

@@ -24,7 +24,7 @@ from symkin.model.settings import NoiseSettings
 from symkin.model.tolerances import parameter_tolerances
 from symkin.model.turns import turn_of
 
-__all__ = ["Screen", "ShortList"]
+__all__ = ["FIRST", "Screen", "ShortList"]
 
 Array = NDArray[np.float64]
 
@@ -32,7 +32,7 @@ _KEPT = 8  # of the edits, by their distance from the drawing
 _FRAMED = 12  # of those with unknown frames
 _PLACED = 10  # poses by which unknown frames are placed
 _AGREES = 4.0  # standard deviations that half of a leg's readings are from the drawing at most
-_FIRST = 6  # that are tried with a second
+FIRST = 6  # that are tried with a second
 _FOLLOWED = 4  # after a step
 _EXPLAINED = 3.0  # per reading: noise leaves about one, what is wrong more than 20
 _NOISE = 1.5  # per reading: no more than that
@@ -105,7 +105,7 @@ class Screen:
         return ShortList(
             tuple(each for each in stepped[:_FOLLOWED] if each[0] <= most),
             (*(each for value, each in framed if math.isfinite(value)), *wide),
-            tuple(each for _, each in (best or framed)[:_FIRST]),
+            tuple(each for _, each in (best or framed)[:FIRST]),
             explains=least < _NOISE and least * _BETTER < self.step(stated),
         )
 

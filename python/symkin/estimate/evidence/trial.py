@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import NamedTuple
 
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from symkin import _core
 from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError
+from symkin.estimate.covariates import Covariate
 from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.evidence.measured import Taken, nearer_other_root
 from symkin.estimate.evidence.watching import looked
@@ -48,15 +49,13 @@ class Statement:
     def problem(self, measurements: Measurements, steps: int) -> Problem:
         """Of some measurements; errors are those of `identify`."""
         options = dataclasses.replace(self._options, max_iterations=steps)
-        # The tolerance of a quadratic term depends on the readings.
-        if options.sensor == "quadratic":
-            problem = Problem.of(self.mechanism, measurements, options)
-            return problem.with_layout(problem.layout.with_prior("tolerances"))
-        return Problem.of(self.mechanism, measurements, options, self._layout)
+        return Problem.of(self.mechanism, measurements, options, self._laid_out)
 
     def holds(self, name: str) -> bool:
         """Whether a parameter of the legs is held in all of them, which need not be so."""
-        layout = self._layout
+        robot = self.mechanism
+        nothing = np.zeros((0, len(robot.legs)))
+        layout = self._laid_out(robot, core_setup(robot), self._options, nothing)
         own = [i for i, each in enumerate(layout.scalars) if each.partition(".")[2] == name]
         free = layout.column[own] >= 0
         return bool(own) and not free.any() and not any(layout.always_held[i] for i in own)
@@ -68,11 +67,26 @@ class Statement:
         return dataclasses.replace(given, gauge="prior", loss="none", loss_per="pose", noise=noise)
 
     @cached_property
-    def _layout(self) -> Layout:
-        robot = self.mechanism
-        nothing = np.zeros((0, len(robot.legs)))
-        made = layout_of(robot, core_setup(robot), self._options, nothing)
-        return made.with_prior("tolerances")
+    def _layouts(self) -> dict[object, Layout]:
+        return {}
+
+    def _laid_out(
+        self,
+        mechanism: Mechanism,
+        setup: _core.Setup,
+        options: EstimateOptions,
+        readings: Array,
+        covariates: Sequence[Covariate] = (),
+    ) -> Layout:
+        """As `layout_of`, once for all tables that have it in common."""
+        largest = ()  # the tolerance of a quadratic term depends on the readings
+        if options.sensor == "quadratic":
+            largest = tuple(np.nanmax(np.abs(readings), axis=0, initial=0.0).tolist())
+        key = largest, tuple((each.name, each.per, each.is_reference) for each in covariates)
+        if key not in self._layouts:
+            made = layout_of(mechanism, setup, options, readings, covariates)
+            self._layouts[key] = made.with_prior("tolerances")
+        return self._layouts[key]
 
 
 class Correction(NamedTuple):
