@@ -66,6 +66,7 @@ void bind_kinematics_of_poses(py::module_& module) {
       },
       py::arg("mechanism"), py::arg("readings"), py::arg("start"), py::arg("max_iterations") = 50,
       ReleaseGil());
+  module.def("open_coordinates", &symkin::open_coordinates, py::arg("mechanism"), py::arg("pose"));
   module.def("continued", &symkin::continued, py::arg("mechanism"), py::arg("readings"),
              py::arg("home"), py::arg("known"), ReleaseGil());
 }

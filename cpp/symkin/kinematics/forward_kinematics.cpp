@@ -12,32 +12,35 @@
 #include "symkin/support/error.hpp"
 
 namespace symkin {
-namespace {
-
-// Of legs that bind less than the platform's freedoms: the coordinates that they leave most freely.
-std::string undetermined(const Mechanism& mechanism, ConstRows start) {
+std::vector<std::string> open_coordinates(const Mechanism& mechanism, ConstVector pose) {
   static constexpr std::array<const char*, 6> kNames{"x", "y", "z", "rx", "ry", "rz"};
+  const RowMatrix at = pose.transpose();
+  check_poses(mechanism, at);
+  if (!mechanism.underdetermined()) {
+    return {};
+  }
   const Index dof = mechanism.dof();
-  const RowMatrix pose = start.topRows(1);
-  const PoseDerivatives all = linearise_pose(mechanism, pose, inverse_kinematics(mechanism, pose));
+  const PoseDerivatives all = linearise_pose(mechanism, at, inverse_kinematics(mechanism, at));
   RowMatrix rows = Eigen::Map<const RowMatrix>(all.by_pose.data(), all.closure.cols(), dof);
-  std::string names;
+  std::vector<Index> open;
   for (Index left = dof - rows.rows(); left > 0; --left) {
     // What cannot move is bound; the freest of the others is bound next.
     const RowMatrix bound = column_space(rows.transpose()).basis;
     const Vector free = Vector::Ones(dof) - bound.rowwise().squaredNorm();
     Index freest = 0;
     free.maxCoeff(&freest);
-    const auto slot = static_cast<std::size_t>(
-        pose_slots(mechanism.pose_space())[static_cast<std::size_t>(freest)]);
-    names += (names.empty() ? "" : ", ") + std::string(kNames[slot]);
+    open.push_back(freest);
     rows.conservativeResize(rows.rows() + 1, Eigen::NoChange);
     rows.bottomRows<1>() = Eigen::RowVectorXd::Unit(dof, freest);
   }
+  std::sort(open.begin(), open.end());
+  std::vector<std::string> names;
+  for (const Index each : open) {
+    names.emplace_back(kNames[static_cast<std::size_t>(
+        pose_slots(mechanism.pose_space())[static_cast<std::size_t>(each)])]);
+  }
   return names;
 }
-
-}  // namespace
 
 void ForwardKinematicsOptions::check() const {
   if (max_iterations < 1) {
@@ -72,11 +75,14 @@ void forward_kinematics(const Mechanism& mechanism, const RowMatrix& readings, C
   }
   if (mechanism.underdetermined()) {
     const Index bound = mechanism.leg_count() * mechanism.closures();
+    std::string names;
+    for (const std::string& each : open_coordinates(mechanism, start.row(0).transpose())) {
+      names += (names.empty() ? "" : ", ") + each;
+    }
     throw InvalidInput("the readings of " + std::to_string(mechanism.leg_count()) +
                        " legs determine " + std::to_string(bound) + " of the platform's " +
-                       std::to_string(mechanism.dof()) + " coordinates and leave " +
-                       undetermined(mechanism, start) +
-                       " to gravity; expected what is measured of the pose beside them");
+                       std::to_string(mechanism.dof()) + " coordinates and leave " + names +
+                       " to gravity; expected " + names + " measured beside them");
   }
   if (const ChainModel* const chain = mechanism.chain()) {
     chain->forward_kinematics(mechanism.leg_values(), readings, start, options, result.poses,

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "symkin/model/mechanism.hpp"
@@ -26,5 +27,9 @@ ForwardKinematicsResult forward_kinematics(const Mechanism& mechanism, ConstRows
 // result is of that size already and the mechanism has no more than eight legs.
 void forward_kinematics(const Mechanism& mechanism, const RowMatrix& readings, ConstRows start,
                         const ForwardKinematicsOptions& options, ForwardKinematicsResult& result);
+
+// Of legs that bind less than the platform's freedoms: the coordinates that they leave most freely
+// at a pose, which with the readings determine it; none of other mechanisms.
+std::vector<std::string> open_coordinates(const Mechanism& mechanism, ConstVector pose);
 
 }  // namespace symkin

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin import _core
+from symkin.errors import SymkinError
 from symkin.model.mechanism import Mechanism
 from symkin.values import Value, field, record
 
@@ -17,8 +18,10 @@ __all__ = [
     "ExpectedAccuracy",
     "anywhere",
     "examined",
+    "left_to_gravity",
     "parameter_effects",
     "promised",
+    "require_determined",
     "sampled_bound",
     "thinned",
 ]
@@ -138,6 +141,24 @@ def sampled_bound(errors: Array, confidence: float = CONFIDENCE) -> float:
     return math.sqrt(mean * math.exp(one_sided * error))
 
 
+def left_to_gravity(mechanism: Mechanism) -> str:
+    """What the readings of a platform that hangs leave open, and what to measure."""
+    names = ", ".join(mechanism.open_coordinates)
+    bound = mechanism.space.dof - len(mechanism.open_coordinates)
+    return (
+        f"readings determine {bound} of the platform's {mechanism.space.dof} coordinates, gravity "
+        f"decides the rest: measure {names} as well wherever its pose is to be known"
+    )
+
+
+def require_determined(mechanism: Mechanism) -> None:
+    """Refuse errors of poses at given readings where readings do not determine poses."""
+    if mechanism.open_coordinates:
+        raise SymkinError(
+            f"{left_to_gravity(mechanism)}. So no accuracy of poses at given readings can be told"
+        )
+
+
 def parameter_effects(mechanism: Mechanism, poses: Array) -> tuple[Array, NDArray[np.bool_]]:
     """How the platform moves in the robot's own frame with the parameters, at given readings.
 
@@ -149,6 +170,7 @@ def parameter_effects(mechanism: Mechanism, poses: Array) -> tuple[Array, NDArra
     ndarray of bool, shape (N,)
         which poses those are.
     """
+    require_determined(mechanism)
     p, k = len(mechanism.parameter_names), mechanism.closures
     offset = mechanism.parameter_names.index("sensor_offset")
     readings = mechanism.inverse_kinematics(poses)

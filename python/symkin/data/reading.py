@@ -288,6 +288,12 @@ def _columns_for(table: Table, mechanism: Mechanism) -> MeasurementColumns:
         return mapped
     if not own_names and not mechanism.core.redundant:
         if mechanism.space.in_space and is_present(table, "psi_1", None):
+            open_ = ", ".join(mechanism.open_coordinates)
+            if open_:
+                raise table.error(
+                    f"has readings, and nothing of the pose, of which they leave {open_} to "
+                    f"gravity; expected columns of what was measured beside them, {open_} or more"
+                )
             raise table.error(
                 "has readings, and neither poses nor heights; where a probe touched a bed, add a "
                 "column height_mm of zeros"
@@ -473,7 +479,7 @@ def _median_spacing(measurements: Measurements, mechanism: Mechanism) -> float:
     axes = mechanism.space.size
     positions, readings = measurements.poses[:, :axes], measurements.readings
     rows = np.isfinite(positions).all(axis=1) & np.isfinite(readings).all(axis=1)
-    if not rows.any():
+    if not rows.any() or mechanism.open_coordinates:  # which readings do not tell
         return np.inf
     taken = mechanism.forward_kinematics(readings[rows])[0][:, :axes]
     spacings = [np.linalg.norm(np.diff(each, axis=0), axis=1) for each in (positions[rows], taken)]

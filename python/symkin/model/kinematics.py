@@ -130,6 +130,14 @@ class Kinematics:
         poses = _core.continued(self.straight, straight, self.home, known)
         return poses, np.asarray(np.isfinite(poses).all(axis=1))
 
+    @property
+    def open_coordinates(self) -> tuple[str, ...]:
+        """What readings leave to gravity, as ``("rx", "ry")``: legs fewer than the freedoms.
+
+        At home; measured beside the readings these determine the pose.
+        """
+        return tuple(_core.open_coordinates(self.straight, self.home))
+
     def closure(self, leg: int, poses: ArrayLike, readings: ArrayLike) -> Array:
         """Closure h of a leg (from 0), m, shape (N,): how far it is from closing at the poses.
 

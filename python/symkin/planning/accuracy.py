@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from symkin.analysis.observability import expected_accuracy
 from symkin.analysis.observed import Observing
-from symkin.analysis.promises import ExpectedAccuracy
+from symkin.analysis.promises import ExpectedAccuracy, require_determined
 from symkin.analysis.workspace import WorkspaceSample
 from symkin.data.measurements import ALL_LEGS, Measurements
 from symkin.errors import SymkinError, one_of
@@ -96,6 +96,7 @@ def predict_accuracy(
         observed or unknown.
     """
     mechanism = as_mechanism(mechanism)
+    require_determined(mechanism)
     made_for = None if plan.basis is None else plan.basis.survey
     said = observe is not None or any(each is not None for each in unknowns.values())
     if made_for is not None and not said:

@@ -11,6 +11,7 @@ import numpy as np
 
 from symkin.analysis.checks import CheckResult
 from symkin.analysis.conditions import Condition, Conditions
+from symkin.analysis.promises import left_to_gravity
 from symkin.errors import named_legs
 from symkin.model.chains import legs_in_words
 from symkin.model.file_frames import axis_of_drawing
@@ -142,6 +143,9 @@ def _doubts(result: CheckResult) -> list[str]:
 
 def _notes(result: CheckResult) -> list[str]:
     notes = [result.comparison.sentences[-1]] if result.comparison.sensors != "exact" else []
+    if result.mechanism.open_coordinates:
+        told = left_to_gravity(result.mechanism)
+        notes.append(f"{told[0].upper()}{told[1:]}.")
     notes += held_parameters(result.mechanism)
     notes += _weak(result)
     notes += _negative(result)

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from symkin.analysis.promises import ExpectedAccuracy
+from symkin.analysis.promises import ExpectedAccuracy, left_to_gravity
 from symkin.analysis.workspace import WorkspaceSample
 from symkin.data.sensor_tables import shown_readings
 from symkin.errors import named_legs
@@ -94,6 +94,8 @@ def plan_page(plan: Plan) -> Page:
         remark = "of a sensor's, in this order, is not taken for geometry"
         headlines.append(("Drift shown", shown, remark))
     notes = device_notes(mechanism)
+    if mechanism.open_coordinates:
+        notes.append(f"{left_to_gravity(mechanism)}; no accuracy at given readings can be told")
     if basis is not None and basis.excluded:
         excluded = f"{count(basis.excluded)} of {count(basis.candidates)} candidates"
         notes.append(f"{excluded} are left out by limits")

@@ -131,6 +131,11 @@ def _of_core(mechanism: symkin.Mechanism, poses: np.ndarray) -> Iterator[Call]:
         lambda readings, start: _core.forward_kinematics(core, readings, start),
     )
     yield Call(
+        "_core.open_coordinates",
+        {"pose": mechanism.home},
+        lambda pose: _core.open_coordinates(core, pose),
+    )
+    yield Call(
         "_core.continued",
         {"readings": readings, "home": mechanism.home, "known": poses},
         lambda readings, home, known: _core.continued(core, readings, home, known),

@@ -308,6 +308,7 @@ NOTES: Mapping[str, Code] = {
     "priors-stand": Code(
         "The data say next to nothing of {names}: what stands there is the prior."
     ),
+    "left-to-gravity": Code("{words}; no accuracy of poses at given readings can be told."),
     "held-as-exact": Code(
         "{names} {be} held and taken as exact",
         "declare how far off {it} may be: assume, in the file [assumed]",

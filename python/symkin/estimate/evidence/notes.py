@@ -8,6 +8,7 @@ from collections.abc import Collection, Iterator, Sequence
 
 import numpy as np
 
+from symkin.analysis.promises import left_to_gravity
 from symkin.errors import SymkinError
 from symkin.estimate.evidence.drawing import unneeded_parameters, weak_parameters
 from symkin.estimate.evidence.findings import Doubt, Note, few
@@ -36,6 +37,9 @@ def notes_of(
         yield Note("search-cut-short")
     for words in found.measurements.notes:
         yield Note("columns-unread", figures={"words": words})
+    if found.mechanism.open_coordinates:
+        words = left_to_gravity(found.mechanism)
+        yield Note("left-to-gravity", figures={"words": words[0].upper() + words[1:]})
     yield from _held_as_exact(found)
     yield from unneeded_parameters(found)
     yield from weak_parameters(found)

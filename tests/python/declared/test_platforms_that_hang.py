@@ -1,0 +1,72 @@
+# SPDX-License-Identifier: MIT
+"""Platforms on fewer legs than they have freedoms: what readings leave to gravity is named."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import symkin
+from symkin.analysis.checks import check_mechanism
+from symkin.errors import MeasurementError, NotIdentifiableError, SymkinError
+from symkin.present import page_of
+
+FILE = Path(__file__).parents[3] / "mechanisms" / "declared" / "cables4.toml"
+NAMED = "4 of the platform's 6 coordinates, gravity decides the rest: measure rx, ry as well"
+
+
+@pytest.fixture(scope="module")
+def robot() -> symkin.Mechanism:
+    return symkin.load_mechanism(FILE)
+
+
+@pytest.fixture(scope="module")
+def plan(robot: symkin.Mechanism) -> symkin.Plan:
+    return symkin.plan(robot, 12, candidates=200)
+
+
+def test_what_is_left_open_determines_the_pose_with_the_readings(robot: symkin.Mechanism) -> None:
+    assert robot.open_coordinates == ("rx", "ry")
+    assert symkin.load_mechanism("lsst_camera_hexapod").open_coordinates == ()
+    rows = np.vstack([robot.pose_jacobian(robot.home)[0], np.eye(6)[3:5]])
+    assert np.linalg.matrix_rank(rows, tol=1e-6) == 6
+
+
+def test_plan_check_and_prediction_name_it(robot: symkin.Mechanism, plan: symkin.Plan) -> None:
+    assert plan.expected is None
+    for result in (plan, check_mechanism(robot)):
+        assert NAMED in " ".join(page_of(result).notes)
+    sample = symkin.sample_workspace(robot, 50)
+    for predict in (
+        lambda: symkin.pose_count_curve(robot, sample, [12]),
+        lambda: symkin.predict_accuracy(robot, plan, sample),
+    ):
+        with pytest.raises(SymkinError, match=r"4 of the platform's 6 .* measure rx, ry"):
+            predict()
+
+
+def test_positions_identify_what_they_show_and_the_estimate_names_the_rest(
+    robot: symkin.Mechanism, plan: symkin.Plan, tmp_path: Path
+) -> None:
+    measured = symkin.simulate(robot, plan, 1, observe="position").measurements
+    path = tmp_path / "measurements.csv"
+    dataclasses.replace(measured, commanded=None).save(path, robot)
+    found = symkin.identify(robot, symkin.read_measurements(path, robot), prior="tolerances")
+    notes = {each.code: str(each) for each in found.notes}
+    assert NAMED in notes["left-to-gravity"]
+    assert found.expected is None
+    # As the reference of declared legs says of positions alone.
+    with pytest.raises(NotIdentifiableError, match="29 independent combinations of the 32"):
+        symkin.plan(robot, 40, candidates=200, observe="position")
+
+
+def test_readings_alone_are_refused(
+    robot: symkin.Mechanism, plan: symkin.Plan, tmp_path: Path
+) -> None:
+    path = tmp_path / "measurements.csv"
+    symkin.simulate(robot, plan, 1, observe="readings").measurements.save(path, robot)
+    with pytest.raises(MeasurementError, match="they leave rx, ry to gravity"):
+        symkin.read_measurements(path, robot)
