@@ -29,6 +29,7 @@ _OWN = (
 OWN = {
     "symkin, columns": _OWN + "read_table(path)",
     "symkin, robots": _OWN + "read_fleet(path, robot)",
+    "symkin, robots identified": _OWN + "symkin.identify_many(robot, path, threads=1)",
 }
 PANDAS, ARROW = (
     "import pandas, pyarrow.parquet|pandas.",

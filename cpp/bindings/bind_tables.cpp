@@ -1,4 +1,8 @@
 // SPDX-License-Identifier: MIT
+#include <algorithm>
+#include <string>
+#include <vector>
+
 #include "bindings.hpp"
 #include "symkin/support/csv_table.hpp"
 
@@ -23,12 +27,17 @@ void bind_tables(py::module_& module) {
       .def_readonly("codes", &CsvWords::codes)
       .def_readonly("distinct", &CsvWords::distinct);
   py::class_<CsvTable>(module, "CsvTable")
-      .def(py::init([](const py::bytes& text) {
+      .def(py::init([](const py::bytes& text, Index passed, bool last) {
              const std::string_view view(text);
              const py::gil_scoped_release release;
-             return CsvTable(view);
+             return CsvTable(view, {passed, last});
            }),
-           py::arg("text"), py::keep_alive<1, 2>())
+           py::arg("text"), py::arg("passed") = 0, py::arg("last") = true, py::keep_alive<1, 2>())
+      .def_property_readonly("header_size", &CsvTable::header_size)
+      .def_property_readonly("header_lines", &CsvTable::header_lines)
+      .def("start", &CsvTable::start, py::arg("row"))
+      .def("last_run", &CsvTable::last_run, py::arg("column"))
+      .def("keep", &CsvTable::keep, py::arg("rows"))
       .def_property_readonly("column_count",
                              [](const CsvTable& self) { return self.columns().size(); })
       .def(
@@ -57,4 +66,12 @@ void bind_tables(py::module_& module) {
                          number->mark == 0 ? std::string() : std::string(1, number->mark));
       },
       py::arg("cell"), py::arg("with_commas"));
+  module.def(
+      "csv_cells",
+      [](const Eigen::Ref<const symkin::Vector>& values) {
+        std::vector<std::string> cells(static_cast<std::size_t>(values.size()));
+        std::transform(values.begin(), values.end(), cells.begin(), symkin::csv_cell);
+        return cells;
+      },
+      py::arg("values"));
 }

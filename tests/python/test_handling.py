@@ -10,7 +10,6 @@ import pytest
 
 import symkin
 from symkin.errors import SymkinError
-from symkin.estimate.fleet import identify_robots
 
 
 @pytest.fixture(scope="module")
@@ -39,7 +38,7 @@ def test_rows_that_there_are_not_are_refused(measured, rows):
 
 
 def test_a_fleet_is_asked_for_a_robot_by_its_name_or_its_place(robot, measured):
-    fleet = identify_robots(robot, {"a": measured, "b": measured[::-1]})
+    fleet = symkin.identify_many(robot, {"a": measured, "b": measured[::-1]})
     assert len(fleet) == 2
     assert fleet["a"]["robot"] == "a"
     assert fleet["b"]["verdict"] == fleet.verdicts[1]

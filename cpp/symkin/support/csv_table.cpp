@@ -14,6 +14,10 @@
 #include "symkin/support/error.hpp"
 #include "symkin/support/interrupt.hpp"
 
+#if defined(__cpp_lib_to_chars) || (defined(_LIBCPP_VERSION) && _LIBCPP_VERSION >= 200000)
+#define SYMKIN_READS_DOUBLES
+#endif
+
 namespace symkin {
 namespace {
 
@@ -23,6 +27,9 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::size_t kMostCharacters = 131072;
 constexpr std::size_t kUsualCharacters = 32;  // of a number
 constexpr Index kRowsPerInterrupt = 65536;
+// Powers of ten between which Python writes numbers without them.
+constexpr int kLeastPlain = -4;
+constexpr int kMostPlain = 16;
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 bool is_end_of_line(char c) { return c == '\n' || c == '\r'; }
@@ -41,7 +48,7 @@ std::string_view stripped(std::string_view cell) {
 
 // Of decimal digits with a point alone, whose form is known; null where no double is near.
 const char* read_double(const char* begin, const char* end, double& value) {
-#if defined(__cpp_lib_to_chars) || (defined(_LIBCPP_VERSION) && _LIBCPP_VERSION >= 200000)
+#ifdef SYMKIN_READS_DOUBLES
   const auto [stop, error] = std::from_chars(begin, end, value);
   return error == std::errc() ? stop : nullptr;
 #else
@@ -133,6 +140,37 @@ std::optional<CsvNumber> csv_number(std::string_view cell, bool with_commas) {
   return CsvNumber{negative ? -size : size, form->mark};
 }
 
+std::string csv_cell(double value) {
+  if (!std::isfinite(value)) {
+    return std::isnan(value) ? "" : value < 0 ? "-inf" : "inf";
+  }
+  std::array<char, kUsualCharacters> written;  // NOLINT(cppcoreguidelines-pro-type-member-init)
+  const char* const begin = written.data();
+  const char* const end = std::to_chars(written.data(), written.data() + written.size(),
+                                        std::abs(value), std::chars_format::scientific)
+                              .ptr;
+  // A digit, further ones behind a point, and the power of ten of the first.
+  const char* const power = std::find(begin, end, 'e');
+  const std::string_view more =
+      power - begin > 2 ? std::string_view(begin + 2, static_cast<std::size_t>(power - begin - 2))
+                        : std::string_view();
+  int exponent = 0;
+  std::from_chars(power + (power[1] == '+' ? 2 : 1), end, exponent);
+  std::string cell(std::signbit(value) ? "-" : "");
+  const auto behind = static_cast<std::size_t>(std::abs(exponent));
+  if (exponent < kLeastPlain || exponent >= kMostPlain) {
+    return cell.append(begin, end);
+  }
+  if (exponent < 0) {
+    return cell.append("0.").append(behind - 1, '0').append(1, *begin).append(more);
+  }
+  cell.append(1, *begin);
+  if (more.size() <= behind) {
+    return cell.append(more).append(behind - more.size(), '0');
+  }
+  return cell.append(more.substr(0, behind)).append(".").append(more.substr(behind));
+}
+
 namespace {
 
 // Goes through a text cell by cell.
@@ -170,6 +208,15 @@ class Reader {
     if (digits == end_ || !is_digit(*digits)) {
       return std::nullopt;
     }
+#ifdef SYMKIN_READS_DOUBLES
+    CsvNumber found{0.0, 0};
+    const auto [stop, error] = std::from_chars(first, end_, found.value);
+    if (error == std::errc() && (stop == end_ || *stop == separator_ || is_end_of_line(*stop))) {
+      found.mark = std::find(first, stop, '.') == stop ? '\0' : '.';
+      at_ = stop;
+      return found;
+    }
+#endif
     std::array<char, kUsualCharacters> copy;  // NOLINT(cppcoreguidelines-pro-type-member-init)
     char* last = copy.data();
     CsvNumber number{0.0, 0};
@@ -263,7 +310,7 @@ class Reader {
   std::string quoted_;
 };
 
-void refuse_what_is_no_text(std::string_view text) {
+void refuse_what_is_no_text(std::string_view text, std::size_t header, Index passed) {
   // Counted first, which is quick: nearly always there is none.
   std::size_t strange = 0;
   for (const char c : text) {
@@ -273,7 +320,8 @@ void refuse_what_is_no_text(std::string_view text) {
     return;
   }
   const auto* at = std::find_if(text.begin(), text.end(), is_no_text);
-  const auto row = std::count(text.begin(), at, '\n') + 1;
+  const bool in_header = static_cast<std::size_t>(at - text.begin()) < header;
+  const auto row = std::count(text.begin(), at, '\n') + 1 + (in_header ? 0 : passed);
   constexpr std::string_view kDigits = "0123456789abcdef";
   const auto code = static_cast<unsigned char>(*at);
   throw InvalidInput("cannot be read: row " + std::to_string(row) + " has a character '\\x" +
@@ -342,8 +390,11 @@ std::pair<std::size_t, bool> take_record(Reader& reader, bool with_commas, Index
 
 }  // namespace
 
-CsvTable::CsvTable(std::string_view text) : text_(text), separator_(',') {
-  refuse_what_is_no_text(text);
+CsvTable::CsvTable(std::string_view text, CsvPart part) : text_(text), separator_(',') {
+  const bool has_more_before = part.passed > 0;
+  if (!has_more_before) {
+    refuse_what_is_no_text(text, text.size(), 0);
+  }
   separator_ = separator_of(text);
   Reader reader(text, separator_);
   bool all_numbers = true;
@@ -352,16 +403,26 @@ CsvTable::CsvTable(std::string_view text) : text_(text), separator_(',') {
     const std::optional<CsvNumber> number = csv_number(columns_.back().name, with_commas());
     all_numbers = all_numbers && number && std::isfinite(number->value);
   }
+  header_size_ = static_cast<std::size_t>(reader.place() - text.data());
+  header_lines_ = reader.line() - 1;
+  if (has_more_before) {
+    refuse_what_is_no_text(text, header_size_, part.passed);
+  }
   // As many as there are lines: memory that nothing is written to costs nothing.
   const auto most = std::count_if(text.begin(), text.end(), is_end_of_line) + 1;
   for (CsvColumn& column : columns_) {
     column.numbers.resize(most);
     column.empty.resize(most);
   }
+  starts_.reserve(static_cast<std::size_t>(most));
+  lines_.reserve(static_cast<std::size_t>(most));
   while (reader.next_record()) {
-    const Index line = reader.line();
+    const Index line = reader.line() + part.passed;
     const auto start = static_cast<std::size_t>(reader.place() - text.data());
     const auto [cells, all_empty] = take_record(reader, with_commas(), row_count(), columns_);
+    if (!part.last && reader.is_at_end()) {
+      break;
+    }
     if (all_empty) {
       continue;
     }
@@ -375,16 +436,37 @@ CsvTable::CsvTable(std::string_view text) : text_(text), separator_(',') {
       check_interrupt();
     }
   }
-  if (lines_.empty()) {
+  if (lines_.empty() && part.last && !has_more_before) {
     throw InvalidInput("there are no rows below the header");
   }
   if (all_numbers) {
     throw InvalidInput("its first row has numbers; expected the names of the columns");
   }
-  for (CsvColumn& column : columns_) {
-    column.numbers.conservativeResize(row_count());
-    column.empty.conservativeResize(row_count());
+  keep(row_count());
+}
+
+void CsvTable::keep(Index rows) {
+  if (rows < 0 || rows > row_count()) {
+    throw InvalidInput(std::to_string(rows) + " rows to keep of " + std::to_string(row_count()));
   }
+  const auto count = static_cast<std::size_t>(rows);
+  starts_.resize(count);
+  lines_.resize(count);
+  for (CsvColumn& column : columns_) {
+    column.numbers.conservativeResize(rows);
+    column.empty.conservativeResize(rows);
+    for (Index* first : {&column.text, &column.point, &column.comma}) {
+      *first = *first < rows ? *first : -1;
+    }
+  }
+}
+
+Index CsvTable::last_run(Index column) const {
+  Index first = std::max<Index>(row_count() - 1, 0);
+  while (first > 0 && cell(first - 1, column) == cell(row_count() - 1, column)) {
+    --first;
+  }
+  return first;
 }
 
 std::string CsvTable::cell(Index row, Index column) const {
@@ -422,3 +504,5 @@ CsvWords CsvTable::words(Index column) const {
 }
 
 }  // namespace symkin
+
+#undef SYMKIN_READS_DOUBLES

@@ -56,7 +56,9 @@ from symkin.cli.options import (
 from symkin.data.joining import joined
 from symkin.estimate import Estimate
 from symkin.estimate.estimate import CORRECTED
-from symkin.estimate.fleet import Fleet, fleet_of_files, identify_robots
+from symkin.estimate.fleet import Fleet, identify_robots
+from symkin.estimate.fleet_jobs import Robots
+from symkin.estimate.fleet_sources import robots_of_files
 from symkin.model.mechanism import require_same_shape
 from symkin.options import Format
 from symkin.storage.output_files import OutputFiles
@@ -288,8 +290,14 @@ def identify_batch(
         with OutputFiles([*nominal.files, *files, columns], overwrite) as outputs:
             target = outputs.folder(out, *Fleet.SOMETIMES, "report.html") if out else None
             mapping = columns_of(columns)
-            robots = fleet_of_files(nominal, files, mapping, ignore=ignore or ())
-            stage(f"identifying {len(robots)} robots")
+
+            def robots(whole: bool) -> Iterator[Robots]:
+                met, left_out = 0, ignore or ()
+                for part in robots_of_files(nominal, files, mapping, ignore=left_out, whole=whole):
+                    met += len(part)
+                    stage(f"identifying robots, {met} so far")
+                    yield part
+
             found = identify_robots(
                 nominal,
                 robots,

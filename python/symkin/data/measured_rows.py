@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import fields, replace
 from functools import cached_property
 from pathlib import Path
@@ -580,20 +580,32 @@ class MeasuredRows(Result):
             raise MeasurementError(f"rows have shape {np.shape(rows)}; expected 1 dimension")
         try:
             state = {
-                each.name: value[rows] if isinstance(value, np.ndarray) else value
+                each.name: _fixed(value[rows]) if isinstance(value, np.ndarray) else value
                 for each in fields(self)
                 for value in (getattr(self, each.name),)
             }
         except IndexError as error:
             raise MeasurementError(f"no subset of {len(self.poses)} rows: {error}") from None
+        return self._part(state)
+
+    def split(self, ends: Iterable[int]) -> Iterator[Self]:
+        """Yield parts that follow each other, as views: rows up to each of `ends`."""
+        state = {each.name: getattr(self, each.name) for each in fields(self)}
+        arrays = {name: value for name, value in state.items() if isinstance(value, np.ndarray)}
+        first = 0
+        for end in ends:
+            rows = {name: value[first:end] for name, value in arrays.items()}
+            yield self._part(state | rows)
+            first = end
+
+    def _part(self, state: dict[str, Any]) -> Self:
+        """Some of the rows, of which nothing has to be checked again."""
         if self.partners is not None:  # without those that stay behind
             there = np.isin(state["partners"], state["row_numbers"])
             state["partners"] = np.where(there, state["partners"], 0)
+            state["partners"].flags.writeable = False
         part = object.__new__(type(self))
         part.__dict__.update(state)
-        for value in state.values():
-            if isinstance(value, np.ndarray):
-                value.flags.writeable = False
         return part
 
     def to_dict(self) -> dict[str, Any]:
@@ -614,6 +626,11 @@ def _along(deviations: NDArray[np.float64], directed: Directed | None) -> NDArra
     count = directed.deviations[0].size if len(found) else 0
     found.reshape(len(found), -1)[:, :count] = directed.deviations.reshape(len(found), -1)
     return found
+
+
+def _fixed(values: NDArray[Any]) -> NDArray[Any]:
+    values.flags.writeable = False
+    return values
 
 
 def _flat(values: NDArray[Any]) -> NDArray[Any]:

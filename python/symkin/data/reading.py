@@ -194,19 +194,25 @@ def measurements_by_robot(
     mechanism: Mechanism,
     columns: MeasurementColumns | None,
     ignore: Sequence[str],
+    *,
+    is_first: bool = True,
 ) -> dict[str, Measurements]:
-    """Return what `read_fleet` does, from a table."""
+    """Return what `read_fleet` does, from a table, or the first or a further part of one."""
     table.require(ROBOT, "the name or number of the robot that the row belongs to")
     labels = table.labels(ROBOT)
-    _, first, robots = np.unique(labels.codes, return_index=True, return_inverse=True)
-    measurements = measurements_of_table(table, mechanism, columns, ignore, robots)
-    order = np.argsort(robots, kind="stable")
+    starts = np.flatnonzero(np.append(True, np.diff(labels.codes) != 0))
+    met = dict.fromkeys(labels.codes[starts].tolist())  # in their order of appearance
+    places = np.zeros(max(met) + 1, dtype=np.intp)
+    places[list(met)] = np.arange(len(met))
+    robots = places[labels.codes]
+    measurements = measurements_of_table(
+        table, mechanism, columns, ignore, robots, is_first=is_first
+    )
+    if len(starts) > len(met):  # not together
+        measurements = measurements.subset(np.argsort(robots, kind="stable"))
     ends = np.cumsum(np.bincount(robots))
-    rows = np.split(order, ends[:-1])
-    return {
-        labels.distinct[labels.codes[first[robot]]]: measurements.subset(rows[robot])
-        for robot in np.argsort(first, kind="stable")
-    }
+    names = [labels.distinct[code] for code in met]
+    return dict(zip(names, measurements.split(ends.tolist()), strict=True))
 
 
 def measurements_of_table(
@@ -215,8 +221,13 @@ def measurements_of_table(
     columns: MeasurementColumns | None,
     ignore: Sequence[str],
     robots: NDArray[np.intp] | None = None,
+    *,
+    is_first: bool = True,
 ) -> Measurements:
-    """The rows of a table, checked; those of different robots may be alike."""
+    """The rows of a table, checked; those of different robots may be alike.
+
+    What is wrong with the table as a whole is told by its first part.
+    """
     own = columns is None
     columns = columns or _columns_for(table, mechanism)
     own = own and columns is not mechanism.measurement_columns
@@ -254,10 +265,12 @@ def measurements_of_table(
         **others,
     )
     _check_unread_rows(table, measurements)
-    _check_observed(table, measurements, mechanism)
+    if is_first:
+        _check_observed(table, measurements, mechanism)
     _check_repeated_rows(table, measurements, robots)
-    stated = stated_units(table, columns, mechanism.reading_unit)
-    _check_units(table, values, measurements, mechanism, stated)
+    if is_first:
+        stated = stated_units(table, columns, mechanism.reading_unit)
+        _check_units(table, values, measurements, mechanism, stated)
     return measurements
 
 
@@ -366,6 +379,8 @@ def _repeated(columns: Sequence[NDArray[Any]]) -> tuple[NDArray[np.intp], int]:
     for column, factor in zip(columns, factors, strict=True):
         bits = _comparable(column).view(np.uint64)
         keys += (bits ^ bits >> np.uint64(32)) * (factor | np.uint64(1))
+    if (np.diff(np.sort(keys)) > 0).all():
+        return np.empty(0, dtype=np.intp), -1
     order = np.argsort(keys, kind="stable")
     alike = np.flatnonzero(np.diff(keys[order]) == 0)
     candidates = np.sort(order[np.union1d(alike, alike + 1)])

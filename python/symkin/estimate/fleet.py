@@ -7,8 +7,8 @@ import dataclasses
 import operator
 import os
 import time
-from collections.abc import Iterator, Mapping, Sequence
-from functools import cached_property
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any, ClassVar, Literal, Self
 
@@ -17,35 +17,31 @@ from numpy.typing import NDArray
 
 from symkin import present
 from symkin.data.measurements import Measurements
-from symkin.data.reading import (
-    ROBOT,
-    measurements_by_robot,
-    measurements_of_table,
-    read_fleet,
-)
 from symkin.errors import MeasurementError, SymkinError, did_you_mean, one_of, shown
 from symkin.estimate.covariates import steps_of
 from symkin.estimate.evidence.findings import Doubt, Note
-from symkin.estimate.fleet_doubts import doubted, examined, impossible, suspects
-from symkin.estimate.fleet_jobs import Job, Robots, identified
+from symkin.estimate.fleet_jobs import Job, Robots, identifying
+from symkin.estimate.fleet_parts import (
+    COLUMNS,
+    FleetPart,
+    asked_of,
+    numbered,
+    part_of,
+    shares_of,
+)
+from symkin.estimate.fleet_sources import RowsApartError, robots_given, robots_of_table
 from symkin.estimate.fleet_together import FoundTogether, surroundings_of
-from symkin.estimate.identification import SEVERAL_READINGS, identify
+from symkin.estimate.identification import SEVERAL_READINGS
 from symkin.estimate.options import EstimateOptions
 from symkin.estimate.unknowns import Priors, noise_of_file, with_file_settings
-from symkin.estimate.workshop import MadeWithin, workshop_tolerances
-from symkin.model.canonical import canonical
+from symkin.estimate.workshop import MadeWithin, tolerances_of
 from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.model.mechanism import Mechanism
-from symkin.model.settings import (
-    IdentificationSettings,
-    MeasurementColumns,
-    NoiseSettings,
-    unusual,
-)
+from symkin.model.settings import MeasurementColumns, NoiseSettings, unusual
 from symkin.options import Estimator, Gauge, Loss, LossPer, PoseUse, Sensor, checks
 from symkin.results import Result
 from symkin.storage.output_files import OutputFiles
-from symkin.storage.tables import TableSource, read_table, write_table
+from symkin.storage.tables import TableSource, write_table
 from symkin.values import field, record
 
 __all__ = ["Fleet", "identify_many"]
@@ -226,7 +222,7 @@ class Fleet(Result):
     def of(
         cls,
         nominal: Mechanism,
-        robots: Robots,
+        parts: Iterable[Robots],
         options: EstimateOptions,
         *,
         tolerances: Literal["estimate"] | None = None,
@@ -234,60 +230,55 @@ class Fleet(Result):
         workers: int = 1,
         scheduler: str | None = None,
     ) -> Self:
-        """Identify robots; those without measurements have a reason in their place."""
-        asked = _asked(nominal, options)
+        """Identify robots, some at a time; those without measurements have a reason in their place.
+
+        Of a part nothing is kept but what is found, so that memory grows with robots, not rows.
+        """
+        asked = asked_of(nominal, options)
         if asked or nominal.curvature is not None:
             options = dataclasses.replace(options, estimator="joint")
-        start = time.perf_counter()
-        size = len(nominal.legs), len(nominal.parameter_names)
-        failures, found, together = identified(
-            Job(nominal, options, asked, threads), robots, workers=workers, scheduler=scheduler
-        )
-        surroundings, surrounding = surroundings_of(len(robots), together)
-        parameters = found["parameters"].reshape(-1, *size)
-        shown = np.flatnonzero(np.isfinite(parameters).all(axis=(1, 2)))
-        values, _ = canonical(nominal, parameters[shown].reshape(-1, size[1]))
-        parameters[shown] = values.reshape(-1, *size)
-        deviations = found["deviations"].reshape(-1, *size)
-        for robot in suspects(nominal, parameters, deviations):
-            if not failures[robot]:
-                failures[robot] = impossible(nominal, parameters[robot], deviations[robot])
-        doubts = {number: each.doubts for number, each in together.items()}
-        screened = () if together else (Note("screened"),)
-        if screened:
-            strange = doubted(nominal, options, parameters, deviations, found)
-            looked_at = {
-                robot: measured
-                for robot, (measured, failure) in enumerate(
-                    zip(robots.values(), failures, strict=True)
-                )
-                if isinstance(measured, Measurements) and (failure or strange[robot])
-            }
-            doubts, refused = examined(nominal, options, looked_at)
-            for robot, failure in refused.items():
-                failures[robot] = failures[robot] or failure
-        for robot in np.flatnonzero([bool(failure) for failure in failures]):
-            for values in (parameters, *found.values(), surrounding):
-                values[robot] = np.nan
-        estimated = deviations > 0 if asked else nominal.is_estimated
+        found: list[FleetPart] = []
+        seconds, looked_at = 0.0, 0
+        job = Job(nominal, options, asked, threads)
+        with identifying(job, workers=workers, scheduler=scheduler) as identified:
+            for robots in parts:
+                start = time.perf_counter()
+                part = part_of(job, robots, identified(robots), looked_at)
+                looked_at += len(part.doubts)
+                if tolerances:
+                    part.shares = shares_of(nominal, robots, options, part.failures)
+                found.append(part)
+                seconds += time.perf_counter() - start
+        names = [name for part in found for name in part.names]
+        if not names:
+            raise MeasurementError("there are no measurements of any robot; expected some")
+        doubts, together = numbered(found, "doubts"), numbered(found, "together")
+        surroundings, surrounding = surroundings_of(len(names), together)
+        failures = [failure for part in found for failure in part.failures]
+        failed = np.array([bool(failure) for failure in failures])
+        surrounding[failed] = np.nan
+        shares = [share for part in found for share in part.shares]
+
+        def column(name: str) -> Array:
+            return np.concatenate([part.columns[name] for part in found])
+
         return cls(
-            robots=tuple(robots),
+            robots=tuple(names),
             failures=tuple(failures),
-            doubts=tuple(doubts.get(number, ()) for number in range(len(robots))),
-            parameters=parameters,
-            deviations=np.where(estimated, deviations, np.nan),
+            doubts=tuple(doubts.get(number, ()) for number in range(len(names))),
             surroundings=surroundings,
             surrounding=surrounding[..., 0],
             surrounding_deviations=surrounding[..., 1],
-            chi_square=found["chi_square"],
-            degrees_of_freedom=found["degrees_of_freedom"],
-            residual_rms=found["residual_rms"],
-            rejected=found["rejected"],
+            **{name: column(name) for name in COLUMNS},
             nominal=nominal,
             options=options,
-            seconds=time.perf_counter() - start,
-            notes=(*screened, *_notes(robots), *_of_all(together)),
-            made_within=_made_within(nominal, robots, options, failures) if tolerances else (),
+            seconds=seconds,
+            notes=(
+                *(() if together else (Note("screened"),)),
+                *_notes(found),
+                *_of_all(together),
+            ),
+            made_within=tolerances_of(shares) if tolerances else (),
         )
 
 
@@ -368,9 +359,15 @@ frames, sensor, gauge, loss_per, assume, drift, step, growth, backlash, sessions
         be read, no Dask where it is needed.
     """
     mechanism = as_mechanism(mechanism)
+
+    def robots(whole: bool) -> Iterable[Robots]:
+        if isinstance(measurements, str | os.PathLike):
+            return robots_of_table(mechanism, Path(measurements), columns, ignore, whole=whole)
+        return [robots_given(mechanism, measurements, columns, ignore)]
+
     return identify_robots(
         mechanism,
-        _by_name(mechanism, measurements, columns, ignore),
+        robots,
         estimator,
         poses=poses,
         loss=loss,
@@ -403,7 +400,7 @@ frames, sensor, gauge, loss_per, assume, drift, step, growth, backlash, sessions
 
 def identify_robots(
     mechanism: Mechanism,
-    robots: Robots,
+    robots: Callable[[bool], Iterable[Robots]],
     estimator: Estimator | None = None,
     *,
     poses: PoseUse = "all",
@@ -417,9 +414,11 @@ def identify_robots(
     scheduler: str | None = None,
     **given: Any,
 ) -> Fleet:
-    """Identify robots by their names, see `identify_many`; a text says why there is none."""
-    if not robots:
-        raise MeasurementError("there are no measurements of any robot; expected some")
+    """Identify robots by their names, see `identify_many`; a text says why there is none.
+
+    `robots` gives them a part at a time, or tables as a whole, once a robot's rows do not stand
+    together.
+    """
     asked = with_file_settings(given, mechanism.identification)
     if noise is None:
         noise = noise_of_file(mechanism.identification)
@@ -437,78 +436,21 @@ def identify_robots(
         )
     how = "joint" if reason else estimator or "implicit"
     options = EstimateOptions(how, poses, loss, loss_scale, noise, max_iterations, **asked)
-    return Fleet.of(
+    identified = partial(
+        Fleet.of,
         mechanism,
-        robots,
-        options,
+        options=options,
         tolerances=tolerances,
         threads=threads,
         workers=workers,
         scheduler=scheduler,
     )
-
-
-def fleet_of_files(
-    mechanism: Mechanism,
-    files: Sequence[Path],
-    columns: MeasurementColumns | None = None,
-    *,
-    ignore: Sequence[str] = (),
-) -> dict[str, Measurements | str]:
-    """Measurements of robots: a file each, or tables of many with a column ``robot``.
-
-    A file that cannot be used is a robot with the reason in place of measurements.
-    """
-    stems = [file.name.split(".")[0] for file in files]
-    robots: dict[str, Measurements | str] = {}
-    for file, stem in zip(files, stems, strict=True):
-        name = stem if stems.count(stem) == 1 else str(file)
-        found: Mapping[str, Measurements | str]
-        try:
-            table = read_table(file, mechanism.step)
-            if ROBOT not in table.names:
-                found = {name: measurements_of_table(table, mechanism, columns, ignore)}
-        except SymkinError as error:
-            found = {name: str(error)}
-        else:
-            if ROBOT in table.names:
-                found = measurements_by_robot(table, mechanism, columns, ignore)
-        for robot, measured in found.items():
-            if robot in robots:
-                raise SymkinError(
-                    f"{file}: is named twice"
-                    if robot == str(file)
-                    else f'{file}: robot "{robot}" is in a file before it, too'
-                )
-            robots[robot] = measured
-    return robots
-
-
-def _asked(nominal: Mechanism, options: EstimateOptions) -> dict[str, Any]:
-    """What is unknown, as `identify` takes it; empty if that is all parameters of all legs."""
-    names = [name for name in vars(IdentificationSettings()) if name != "noise"]
-    wanted = {name: getattr(options, name) for name in names}
-    said = {name for name in wanted if getattr(nominal.identification, name, None) is not None}
-    further = {*unusual(wanted)}
-    noise = {"noise": options.noise} if isinstance(options.noise, str) else {}
-    if not (further or noise):
-        return {}
-    return {name: wanted[name] for name in wanted if name in further | said} | noise
-
-
-def _made_within(
-    nominal: Mechanism, robots: Robots, options: EstimateOptions, failures: Sequence[str]
-) -> tuple[MadeWithin, ...]:
-    """From the robots that were identified, each once more with its covariance."""
-    by_leg = options.estimator != "joint"
-    own = {"estimator", "poses", "loss", "loss_scale", "noise", "max_iterations"}
-    how = vars(options) if not by_leg else {name: getattr(options, name) for name in own}
-    told = [
-        identify(nominal, measured, **how)
-        for measured, failure in zip(robots.values(), failures, strict=True)
-        if not failure and not isinstance(measured, str)
-    ]
-    return workshop_tolerances(told)
+    try:
+        return identified(robots(False))
+    except RowsApartError as apart:
+        found = identified(robots(True))
+        note = Note("rows-apart", figures={"words": str(apart)})
+        return dataclasses.replace(found, notes=(*found.notes, note))
 
 
 def _of_all(together: Mapping[int, FoundTogether]) -> Iterator[Note]:
@@ -519,38 +461,15 @@ def _of_all(together: Mapping[int, FoundTogether]) -> Iterator[Note]:
             yield note
 
 
-def _notes(robots: Robots) -> tuple[Note, ...]:
+def _notes(parts: Sequence[FleetPart]) -> tuple[Note, ...]:
     """Of all tables, each once: many robots have one table, or tables of the same columns."""
     unread: dict[tuple[str, ...], list[str]] = {}
-    for name, each in robots.items():
-        if isinstance(each, Measurements) and each.unread:
-            unread.setdefault(each.unread, []).append(each.source_name or name)
+    for part in parts:
+        for columns, names in part.unread.items():
+            unread.setdefault(columns, []).extend(names)
     words = (
         f"nothing was read from column{'s' * (len(columns) > 1)} {', '.join(columns)} of "
         + " and ".join(dict.fromkeys(names) if len(set(names)) < 3 else [names[0], "others"])
         for columns, names in unread.items()
     )
     return tuple(Note("columns-unread", figures={"words": each}) for each in words)
-
-
-def _by_name(
-    mechanism: Mechanism,
-    measurements: Mapping[str, Measurements] | Sequence[Measurements] | TableSource,
-    columns: MeasurementColumns | None,
-    ignore: Sequence[str],
-) -> Robots:
-    if isinstance(measurements, Mapping) and all(
-        isinstance(each, Measurements) for each in measurements.values()
-    ):
-        return {str(name): each for name, each in measurements.items()}
-    if isinstance(measurements, list | tuple):
-        robots: dict[str, Measurements | str] = {}
-        for number, each in enumerate(measurements, 1):
-            if not isinstance(each, Measurements):
-                raise MeasurementError(
-                    f"robot {number} is a {type(each).__name__}; expected Measurements"
-                )
-            name = each.source.name.split(".")[0] if each.source else ""
-            robots[name if name and name not in robots else str(number)] = each
-        return robots
-    return dict(read_fleet(measurements, mechanism, columns, ignore=ignore))  # type: ignore[arg-type]

@@ -77,15 +77,19 @@ def doubted(
 
 
 def examined(
-    nominal: Mechanism, options: EstimateOptions, robots: Mapping[int, Measurements]
+    nominal: Mechanism,
+    options: EstimateOptions,
+    robots: Mapping[int, Measurements],
+    before: int = 0,
 ) -> tuple[dict[int, tuple[Doubt, ...]], dict[int, str]]:
     """What speaks against robots by all tests, likely causes among them; and why some failed.
 
-    Of more robots than a few, it is only said of those after them that they are doubted too.
+    Of more robots than a few, it is only said of those after them that they are doubted too; so
+    many were `before` these.
     """
     doubts: dict[int, tuple[Doubt, ...]] = {}
     failures: dict[int, str] = {}
-    for number, (robot, measured) in enumerate(robots.items()):
+    for number, (robot, measured) in enumerate(robots.items(), before):
         if number >= _EXAMINED:
             doubts[robot] = (Doubt("not-examined", figures={"examined": _EXAMINED}),)
             continue

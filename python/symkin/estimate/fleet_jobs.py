@@ -3,8 +3,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -20,10 +22,11 @@ from symkin.model.mechanism import Mechanism
 from symkin.model.tolerances import noise_of
 from symkin.version import version
 
-__all__ = ["Job", "Robots", "identified"]
+__all__ = ["Identified", "Job", "Robots", "identifying"]
 
 Array = NDArray[np.float64]
 Robots = Mapping[str, Measurements | str]
+Identified = tuple[list[str], dict[str, Array], dict[int, FoundTogether]]
 
 _CHUNK = 250  # robots that travel to a worker together
 _COLUMNS = (
@@ -104,10 +107,23 @@ class Job:
         return Found([each.failure for each in made], columns, made)
 
 
-def identified(
-    job: Job, robots: Robots, *, workers: int, scheduler: str | None
-) -> tuple[list[str], dict[str, Array], dict[int, FoundTogether]]:
-    """Failures and columns of all robots, in their order, and more of those estimated together."""
+@contextmanager
+def identifying(
+    job: Job, *, workers: int, scheduler: str | None
+) -> Iterator[Callable[[Robots], Identified]]:
+    """Here or on workers, for as long as the context lasts: a function that identifies robots.
+
+    It returns their failures and columns, in their order, and more of those estimated together.
+    """
+    if workers == 1 and scheduler is None:
+        yield partial(_identified, job, None)
+        return
+    job.threads = 1
+    with dask_client(workers, scheduler) as client:
+        yield partial(_identified, job, client)
+
+
+def _identified(job: Job, client: Any, robots: Robots) -> Identified:
     legs, coordinates = len(job.nominal.legs), job.nominal.home.size
     failures: list[str] = []
     usable: list[tuple[int, Measurements]] = []
@@ -125,7 +141,7 @@ def identified(
         failures.append(failure)
     columns = job.columns(len(robots))
     together: dict[int, FoundTogether] = {}
-    for rows, found in _computed(job, usable, workers, scheduler):
+    for rows, found in _computed(job, client, usable):
         for row, failure in zip(rows, found.failures, strict=True):
             failures[row] = failure
         places = np.array(rows)
@@ -137,19 +153,16 @@ def identified(
 
 
 def _computed(
-    job: Job, robots: list[tuple[int, Measurements]], workers: int, scheduler: str | None
+    job: Job, client: Any, robots: list[tuple[int, Measurements]]
 ) -> Iterator[tuple[list[int], Found]]:
     """What is found of chunks of robots, in whatever order they are ready."""
-    local = workers == 1 and scheduler is None
-    size = max(len(robots), 1) if local else 1 if job.is_together else _CHUNK
-    chunks = [robots[first : first + size] for first in range(0, len(robots), size)]
-    if local:
-        for chunk in chunks:
-            yield [number for number, _ in chunk], job.identify([each for _, each in chunk])
+    if client is None:
+        if robots:
+            yield [number for number, _ in robots], job.identify([each for _, each in robots])
         return
-    job.threads = 1
-    with dask_client(min(workers, max(len(chunks), 1)), scheduler) as client:
-        yield from spread(client, _chunk, ((version(), job, chunk) for chunk in chunks))
+    size = 1 if job.is_together else _CHUNK
+    chunks = [robots[first : first + size] for first in range(0, len(robots), size)]
+    yield from spread(client, _chunk, ((version(), job, chunk) for chunk in chunks))
 
 
 def _chunk(

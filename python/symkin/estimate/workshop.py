@@ -4,7 +4,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,7 @@ from symkin.errors import SymkinError
 from symkin.estimate.found import Found
 from symkin.values import Value, record
 
-__all__ = ["MadeWithin", "workshop_tolerances"]
+__all__ = ["MadeWithin", "Share", "share_of", "tolerances_of", "workshop_tolerances"]
 
 Array = NDArray[np.float64]
 
@@ -49,7 +50,16 @@ class MadeWithin(Value):
         return math.isfinite(self.high)
 
 
-def workshop_tolerances(robots: Sequence[Found]) -> tuple[MadeWithin, ...]:
+class Share(NamedTuple):
+    """What a robot says of the tolerances: names and kinds of parameters, information, scores."""
+
+    names: tuple[str, ...]
+    kinds: tuple[str, ...]
+    information: Array
+    scores: Array
+
+
+def workshop_tolerances(robots: Iterable[Found]) -> tuple[MadeWithin, ...]:
     """Estimate the tolerances that robots of one drawing were made within.
 
     First of all lengths, angles and numbers, then of each parameter by its name, each with the
@@ -61,15 +71,18 @@ def workshop_tolerances(robots: Sequence[Found]) -> tuple[MadeWithin, ...]:
     SymkinError
         For no robot, or robots of which other parameters were estimated.
     """
-    told = [each for each in robots if each.converged]
+    return tolerances_of([share_of(each) for each in robots if each.converged])
+
+
+def tolerances_of(told: Sequence[Share]) -> tuple[MadeWithin, ...]:
+    """Return what `workshop_tolerances` does, from what the robots say."""
     if not told:
         raise SymkinError("no robot was identified, so that nothing says how they are made")
-    names, kinds, own = _parameters(told[0])
-    if any(_parameters(each)[0] != names for each in told):
+    names, kinds = told[0].names, told[0].kinds
+    if any(each.names != names for each in told):
         raise SymkinError("other parameters were estimated of some robots than of others")
-    shown = [_shown(each, own) for each in told]
-    information = np.concatenate([each for each, _ in shown])
-    scores = np.array([each for _, each in shown])
+    information = np.concatenate([each.information for each in told])
+    scores = np.array([each.scores for each in told])
     found: list[MadeWithin] = []
     for groups in (kinds, tuple(name.partition(".")[2] for name in names)):
         labels = list(dict.fromkeys(groups))
@@ -89,19 +102,13 @@ def _made_within(what: str, factor: float, deviation: float) -> MadeWithin:
     return MadeWithin(what, factor, factor / reach, factor * reach)
 
 
-def _parameters(found: Found) -> tuple[tuple[str, ...], tuple[str, ...], NDArray[np.intp]]:
-    """Names and kinds of the legs' parameters with a tolerance, and their columns."""
+def share_of(found: Found) -> Share:
+    """What the observations alone say of a robot: of the legs' parameters with a tolerance."""
     own = [
-        (each.name, _KINDS.get(each.unit, "numbers"), column)
+        column
         for column, each in enumerate(found.first_unknowns)
         if each.name.startswith("leg") and each.tolerance > 0
     ]
-    names, kinds, columns = zip(*own, strict=True) if own else ((), (), ())
-    return tuple(names), tuple(kinds), np.array(columns, dtype=np.intp)
-
-
-def _shown(found: Found, own: NDArray[np.intp]) -> tuple[Array, Array]:
-    """What the observations alone say of a robot in tolerances: information, and what it asks."""
     unknowns = [found.first_unknowns[column] for column in own]
     tolerances = np.array([each.tolerance for each in unknowns])
     moved = np.array([each.value - each.nominal for each in unknowns]) / tolerances
@@ -111,4 +118,9 @@ def _shown(found: Found, own: NDArray[np.intp]) -> tuple[Array, Array]:
     priors = np.array([each.prior for each in unknowns]) / tolerances
     held = np.where(np.isfinite(priors), 1 / priors**2, 0.0)
     shown, directions = np.linalg.eigh(inverse - np.diag(held))
-    return directions * np.maximum(shown, 0) @ directions.T, inverse @ moved
+    return Share(
+        tuple(each.name for each in unknowns),
+        tuple(_KINDS.get(each.unit, "numbers") for each in unknowns),
+        directions * np.maximum(shown, 0) @ directions.T,
+        inverse @ moved,
+    )

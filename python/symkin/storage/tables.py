@@ -11,7 +11,8 @@ import re
 import stat
 import zlib
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
 from contextvars import ContextVar
 from io import BytesIO
 from pathlib import Path
@@ -43,8 +44,11 @@ TableSource = str | os.PathLike[str] | IO[str] | IO[bytes] | Mapping[str, Any] |
 WRITTEN_UNITS: ContextVar[Mapping[str, str]] = ContextVar("written units", default={})  # noqa: B039
 _PARQUET = (".parquet", ".pq")
 _SPECIAL = frozenset(',"\r\n')  # of CSV
-_GZIP = b"\x1f\x8b"
-_MOST_BYTES = 1_000_000_000  # of what was compressed
+GZIP = b"\x1f\x8b"  # how what it has compressed begins
+UNDECOMPRESSED = (OSError, EOFError, zlib.error)
+_UTF16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+MOST_BYTES = 1_000_000_000  # of what was compressed
+_ROWS_WRITTEN = 5000  # at a time
 _Column = Column | str  # or what else it holds
 _OTHER_FILES = {
     ".csv": "a table", ".tsv": "a table", ".parquet": "a table", ".pq": "a table",
@@ -71,6 +75,8 @@ class Table:
     step : str
         The size of the steps that columns such as ``psi_1_step`` count, ``"1.25e-05 m/step"``;
         empty if nobody said it.
+    marked : (str, str) or None
+        The first number with a decimal mark that was read, and its mark.
     """
 
     step: str = ""
@@ -88,7 +94,7 @@ class Table:
         self.row_count = len(row_numbers)
         self.row_numbers = row_numbers
         self._columns = dict(columns)
-        self._marked: tuple[str, str] | None = None
+        self.marked: tuple[str, str] | None = None
         self._read: set[str] = set()
         self._origin: tuple[Table, Mapping[str, str]] | None = None
         repeated = [name for name, count in Counter(self.names).items() if name and count > 1]
@@ -246,11 +252,11 @@ class Table:
     def _check_marks(self, numbers: Numbers) -> None:
         """A comma may divide thousands where others have a decimal point, so nobody can tell."""
         for (_, cell), mark in sorted((cell, mark) for mark, cell in numbers.marks.items()):
-            if self._marked is None:
-                self._marked = cell, mark
-            elif self._marked[1] != mark:
+            if self.marked is None:
+                self.marked = cell, mark
+            elif self.marked[1] != mark:
                 raise self.error(
-                    f'has "{self._marked[0]}" and "{cell}"; expected one kind of decimal mark'
+                    f'has "{self.marked[0]}" and "{cell}"; expected one kind of decimal mark'
                 )
 
 
@@ -279,8 +285,7 @@ def _read(source: TableSource) -> Table:
         path = Path(source)
         name = str(path)
         data = file_bytes(path, lambda message: MeasurementError(f"{name}: {message}"))
-        if (kind := kind_of_file(path)) not in ("", "a table"):
-            raise MeasurementError(f"{name}: is {kind}; expected a table, such as measured.csv")
+        require_kind(path)
     elif hasattr(source, "read"):
         path, name = None, f"{getattr(source, 'name', 'the stream')}"
         try:
@@ -294,11 +299,11 @@ def _read(source: TableSource) -> Table:
     def error(message: str) -> MeasurementError:
         return MeasurementError(f"{name}: {message}")
 
-    if data.startswith(_GZIP):
+    if data.startswith(GZIP):
         data = _decompressed(data, error)
     if not data or data.isspace():
         raise error("the file is empty")
-    if Path(name).suffix in _PARQUET or data.startswith(b"PAR1"):
+    if is_parquet(name, data):
         return _parquet_table(path, name, data)
     return _csv_table(path, name, data, error)
 
@@ -312,13 +317,17 @@ def write_table(path: Path, columns: Mapping[str, Any]) -> None:
     known_extension(path, ".csv", ".txt", ".gz", *_PARQUET)
     columns = dict(_in_units(name, values) for name, values in columns.items())
     if path.suffix in _PARQUET:
-        arrow, parquet = _parquet(str(path))
+        arrow, parquet = parquet_modules(str(path))
         # from_pandas makes NaN a missing value.
         data = {name: arrow.array(values, from_pandas=True) for name, values in columns.items()}
         parquet.write_table(arrow.table(data), path)
         return
-    text = csv_text(columns).encode()
-    path.write_bytes(gzip.compress(text, mtime=0) if path.suffix == ".gz" else text)
+    with ExitStack() as opened_files:
+        file: Any = opened_files.enter_context(path.open("wb"))
+        if path.suffix == ".gz":
+            file = opened_files.enter_context(gzip.GzipFile("", "wb", fileobj=file, mtime=0))
+        for text in _csv_parts(columns):
+            file.write(text.encode())
 
 
 def _in_units(name: str, values: Any) -> tuple[str, Any]:
@@ -334,9 +343,38 @@ def _in_units(name: str, values: Any) -> tuple[str, Any]:
 
 def csv_text(columns: Mapping[str, Any]) -> str:
     """Return columns as CSV."""
-    cells = [[_cell(value) for value in np.asarray(each).tolist()] for each in columns.values()]
-    lines = [",".join(columns), *map(",".join, zip(*cells, strict=True))]
-    return "\n".join(lines) + "\n"
+    return "".join(_csv_parts(columns))
+
+
+def _csv_parts(columns: Mapping[str, Any]) -> Iterator[str]:
+    """The header, and some rows at a time."""
+    yield ",".join(columns) + "\n"
+    arrays = [np.asarray(values) for values in columns.values()]
+    for first in range(0, len(arrays[0]) if arrays else 0, _ROWS_WRITTEN):
+        cells = [_cells(values[first : first + _ROWS_WRITTEN]) for values in arrays]
+        yield "".join(f"{','.join(row)}\n" for row in zip(*cells, strict=True))
+
+
+def _cells(values: NDArray[Any]) -> list[str]:
+    if values.dtype.kind == "f":
+        return _core.csv_cells(values)
+    return [_cell(value) for value in values.tolist()]
+
+
+def require_kind(path: Path) -> None:
+    """Refuse a file of symkin that is no table, by its name."""
+    if (kind := kind_of_file(path)) not in ("", "a table"):
+        raise MeasurementError(f"{path}: is {kind}; expected a table, such as measured.csv")
+
+
+def is_parquet(name: str, start: bytes) -> bool:
+    """Whether a file is Parquet, by its name or how it begins."""
+    return Path(name).suffix in _PARQUET or start.startswith(b"PAR1")
+
+
+def is_utf16(start: bytes) -> bool:
+    """Whether a file has the mark of UTF-16."""
+    return start.startswith(_UTF16)
 
 
 def kind_of_file(path: Path) -> str:
@@ -349,6 +387,18 @@ def file_bytes(path: Path, error: Callable[[str], SymkinError], most: int | None
 
     Pipes and devices are refused, since they may never end, and files of more than `most` bytes.
     """
+    with opened(path, error, most) as file:
+        data = file.read()
+    if not data or data.isspace():
+        raise error("the file is empty")
+    return data
+
+
+@contextmanager
+def opened(
+    path: Path, error: Callable[[str], SymkinError], most: int | None = None
+) -> Iterator[IO[bytes]]:
+    """Open a file as `file_bytes` does, and say what is wrong while it is read."""
     try:
         status = path.stat()
         if stat.S_ISDIR(status.st_mode):
@@ -357,16 +407,14 @@ def file_bytes(path: Path, error: Callable[[str], SymkinError], most: int | None
             raise error("is a device or a pipe; expected a regular file")
         if most is not None and status.st_size > most:
             raise error(f"has {status.st_size} bytes; expected at most {most}")
-        data = path.read_bytes()
+        with path.open("rb") as file:
+            yield file
     except FileNotFoundError as missing:
         raise error("no such file") from missing
     except OSError as unreadable:
         raise error(f"cannot be read: {unreadable.strerror}") from unreadable
     except UnicodeError as unreadable:
         raise error("has a name that the system does not take") from unreadable
-    if not data or data.isspace():
-        raise error("the file is empty")
-    return data
 
 
 def _cell(value: Any) -> str:
@@ -382,11 +430,11 @@ def _decompressed(data: bytes, error: Callable[[str], MeasurementError]) -> byte
     """No more than a limit, since a small file may hold a great many equal bytes."""
     try:
         with gzip.open(BytesIO(data)) as file:
-            text = file.read(_MOST_BYTES + 1)
-    except (OSError, EOFError, zlib.error) as unreadable:
+            text = file.read(MOST_BYTES + 1)
+    except UNDECOMPRESSED as unreadable:
         raise error(f"cannot be decompressed: {unreadable}") from unreadable
-    if len(text) > _MOST_BYTES:
-        raise error(f"holds more than {_MOST_BYTES} bytes")
+    if len(text) > MOST_BYTES:
+        raise error(f"holds more than {MOST_BYTES} bytes")
     return text
 
 
@@ -409,7 +457,8 @@ def _rows_from_one(count: int) -> NDArray[np.intp]:
     return np.arange(1, count + 1)
 
 
-def _parquet(name: str) -> tuple[Any, Any]:
+def parquet_modules(name: str) -> tuple[Any, Any]:
+    """Return pyarrow and its Parquet, or say that the file needs them."""
     try:
         import pyarrow as pa
         from pyarrow import parquet
@@ -421,16 +470,20 @@ def _parquet(name: str) -> tuple[Any, Any]:
 
 
 def _parquet_table(path: Path | None, name: str, data: bytes) -> Table:
-    arrow, parquet = _parquet(name)
+    arrow, parquet = parquet_modules(name)
     try:
         read = parquet.ParquetFile(arrow.BufferReader(data)).read()
     except (arrow.ArrowException, OSError, UnicodeError) as error:
         raise MeasurementError(f"{name}: cannot be read: {error}") from error
-    columns = [
-        (column.strip(), _arrow_column(arrow, read.column(index)))
-        for index, column in enumerate(read.column_names)
+    return Table(path, name, arrow_columns(arrow, read), _rows_from_one(read.num_rows))
+
+
+def arrow_columns(arrow: Any, table: Any) -> list[tuple[str, _Column]]:
+    """Return the columns of a table of pyarrow."""
+    return [
+        (column.strip(), _arrow_column(arrow, table.column(index)))
+        for index, column in enumerate(table.column_names)
     ]
-    return Table(path, name, columns, _rows_from_one(read.num_rows))
 
 
 def _arrow_column(arrow: Any, column: Any) -> _Column:
@@ -469,23 +522,23 @@ def _csv_table(
 ) -> Table:
     """CSV: UTF-8, UTF-16 with its mark, or Latin-1; commas, semicolons or tabs."""
     try:
-        read = _core.CsvTable(_utf8(data, error))
+        read = _core.CsvTable(utf8(data, error))
     except _core.Error as unreadable:
         raise error(str(unreadable)) from unreadable
-    cells = [CsvCells(read, place) for place in range(read.column_count)]
-    columns = [(read.column(place).name, each) for place, each in enumerate(cells)]
-    return Table(path, name, columns, read.lines)
+    return Table(path, name, csv_columns(read), read.lines)
 
 
-def _utf8(data: bytes, error: Callable[[str], MeasurementError]) -> bytes:
-    """The text with plain spaces; what is ASCII stays where it is."""
+def csv_columns(read: _core.CsvTable) -> list[tuple[str, _Column]]:
+    """Return the columns of a CSV."""
+    return [(read.column(place).name, CsvCells(read, place)) for place in range(read.column_count)]
+
+
+def utf8(data: bytes, error: Callable[[str], MeasurementError]) -> bytes:
+    """Return the text with plain spaces; what is ASCII stays where it is."""
     if data.isascii():
         return data
     try:
-        if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
-            text = data.decode("utf-16")
-        else:
-            text = data.decode("utf-8-sig")
+        text = data.decode("utf-16" if is_utf16(data) else "utf-8-sig")
     except UnicodeDecodeError as undecodable:
         if undecodable.encoding != "utf-8":
             raise error(f"cannot be read: {undecodable.reason}") from undecodable

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "symkin/support/error.hpp"
@@ -80,6 +81,53 @@ TEST(CsvTable, CountsWordsOnceInTheirOrder) {
   const CsvWords words = CsvTable(text).words(0);
   EXPECT_EQ(words.distinct, (std::vector<std::string>{"B", "007"}));
   EXPECT_EQ(words.codes, (Eigen::VectorXi(5) << 0, 0, 1, 0, -1).finished());
+}
+
+TEST(CsvNumber, IsWrittenAsPythonWritesIt) {
+  for (const auto& [value, text] : std::vector<std::pair<double, std::string>>{
+           {0.1, "0.1"},
+           {-12.5, "-12.5"},
+           {-0.0, "-0"},
+           {1e15, "1000000000000000"},
+           {1e16, "1e+16"},
+           {1e-4, "0.0001"},
+           {1.5e-5, "1.5e-05"},
+           {5e-324, "5e-324"},
+           {123456789.25, "123456789.25"},
+           {-kInfinity, "-inf"},
+           {std::numeric_limits<double>::quiet_NaN(), ""}}) {
+    EXPECT_EQ(csv_cell(value), text);
+  }
+}
+
+TEST(CsvTable, IsReadInPartsAsItIsAsAWhole) {
+  const std::string text =
+      "# a\nrobot,x\r\nA,1\r\nA,2\n\n\"B\nb\",3.5\n\"B\nb\",4\n# c\nC,\n,\nC,text\n";
+  const CsvTable whole(text);
+  const std::string header = text.substr(0, whole.header_size());
+  EXPECT_EQ(header, "# a\nrobot,x\r\n");
+  for (std::size_t size = 1; size < text.size(); ++size) {
+    std::vector<Index> lines;
+    std::string left;
+    CsvPart part{0, false};
+    for (std::size_t at = header.size(); !part.last; at += size) {
+      left += text.substr(at, size);
+      part.last = at + size >= text.size();
+      const std::string given = header + left;
+      CsvTable table(given, part);
+      const Index rows = part.last ? table.row_count() : table.last_run(0);
+      if (rows < table.row_count()) {
+        part.passed = table.lines()[static_cast<std::size_t>(rows)] - table.header_lines() - 1;
+        left = given.substr(table.start(rows));
+        table.keep(rows);
+      }
+      for (Index row = 0; row < rows; ++row) {
+        EXPECT_EQ(table.cell(row, 1), whole.cell(static_cast<Index>(lines.size()), 1));
+        lines.push_back(table.lines()[static_cast<std::size_t>(row)]);
+      }
+    }
+    EXPECT_EQ(lines, whole.lines()) << size;
+  }
 }
 
 TEST(CsvTable, NamesTheLineOfWhatItRefuses) {

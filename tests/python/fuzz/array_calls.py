@@ -669,6 +669,7 @@ def _of_statistics() -> Iterator[Call]:
         {"weights": np.array([2.0, 1.0, 0.5]), "degrees": np.array([1.0, 3.0, 2.0])},
         lambda weights, degrees: _core.QuadraticForm(weights, degrees).mean,
     )
+    yield Call("_core.csv_cells", {"values": np.array([0.1, -1e300, 0.0])}, _core.csv_cells)
     yield Call("_core.QuadraticForm.tail", {"values": np.array([0.1, 1.0, 9.0])}, form.tail)
     yield Call(
         "_core.QuadraticForm.of",

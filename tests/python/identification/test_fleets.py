@@ -16,6 +16,7 @@ from symkin.data.reading import read_fleet
 from symkin.data.writing import measurement_columns
 from symkin.errors import MeasurementError, SymkinError
 from symkin.estimate import EstimateOptions, Fleet
+from symkin.estimate.fleet_sources import robots_of_files
 from symkin.model.framing import framed
 from symkin.model.settings import Frames, IdentificationSettings, NoiseSettings
 from symkin.storage.tables import write_table
@@ -161,6 +162,76 @@ def test_one_table_with_a_column_robot_is_a_fleet(mechanism, robots, tmp_path, n
         read_fleet(dict(together), mechanism)
 
 
+@pytest.fixture
+def small_parts(monkeypatch):
+    monkeypatch.setattr("symkin.storage.table_blocks._CSV_BYTES", 3000)
+    monkeypatch.setattr("symkin.storage.table_blocks._PARQUET_ROWS", 20)
+    monkeypatch.setattr("symkin.estimate.fleet_sources._ROWS", 1)
+
+
+def table_of(robots, path, order=None):
+    parts = [measurement_columns(each, "rad") for each in robots.values()]
+    columns = {key: np.concatenate([part[key] for part in parts]) for key in parts[0]}
+    labels = np.array([robot for robot, each in robots.items() for _ in range(len(each))])
+    columns = {"robot": labels, **columns, "remark": np.zeros(len(labels))}
+    order = slice(None) if order is None else order
+    write_table(path, {key: values[order] for key, values in columns.items()})
+    return path
+
+
+@pytest.mark.usefixtures("small_parts")
+@pytest.mark.parametrize("name", ["all.csv", "all.csv.gz", "all.parquet"])
+def test_a_table_read_in_parts_gives_the_same_fleet(mechanism, robots, tmp_path, monkeypatch, name):
+    nudged = np.array(robots["robot 2"].readings)
+    nudged[3, 1] += 0.01
+    some = robots | {
+        "robot 2": dataclasses.replace(robots["robot 2"], readings=nudged),
+        'the "5th", \N{LATIN SMALL LETTER U WITH DIAERESIS}': robots["robot 5"],
+        "robot 6": robots["robot 6"].subset(np.arange(5)),
+    }
+    path = table_of(some, tmp_path / name)
+    parts = list(robots_of_files(mechanism, [path]))
+    assert len(parts) > 3
+    in_parts = symkin.identify_many(mechanism, path, tolerances="estimate")
+    monkeypatch.setattr("symkin.storage.table_blocks._CSV_BYTES", 10**7)
+    monkeypatch.setattr("symkin.storage.table_blocks._PARQUET_ROWS", 10**5)
+    assert len(list(robots_of_files(mechanism, [path]))) == 1
+    whole = symkin.identify_many(mechanism, path, tolerances="estimate")
+    assert whole.verdicts == ("fits", "doubtful", "fits", "fits", "fits", "failed", "fits")
+    assert in_parts == dataclasses.replace(whole, seconds=in_parts.seconds)
+    assert in_parts.notes == whole.notes
+    assert in_parts.made_within
+
+
+@pytest.mark.usefixtures("small_parts")
+def test_rows_of_a_robot_that_are_apart_are_gathered_and_told(mechanism, robots, tmp_path):
+    count = sum(map(len, robots.values()))
+    order = np.random.default_rng(1).permutation(count)
+    apart = symkin.identify_many(mechanism, table_of(robots, tmp_path / "all.csv", order))
+    assert [note.code for note in apart.notes] == ["screened", "columns-unread", "rows-apart"]
+    together = symkin.identify_many(mechanism, robots)
+    for row, robot in enumerate(apart.robots):
+        known = together.parameters[list(robots).index(robot)]
+        np.testing.assert_allclose(apart.parameters[row], known, atol=1e-9)
+
+
+@pytest.mark.usefixtures("small_parts")
+def test_what_is_wrong_far_down_a_table_is_named_by_its_line(mechanism, robots, tmp_path, capsys):
+    path = table_of(robots, tmp_path / "all.csv")
+    lines = path.read_text().splitlines()
+    row = len(lines) - 3
+    for spoilt, said in (
+        (lines[row - 1].replace(",", ",x", 1), f'row {row} has "x'),
+        (lines[row - 1] + ",1", f"row {row} has"),
+    ):
+        path.write_text("\n".join(["# by hand", *lines[: row - 2], spoilt, *lines[row:]]))
+        with pytest.raises(MeasurementError, match=said):
+            symkin.identify_many(mechanism, path)
+        assert main(["identify-batch", "3RRR", str(path)]) != 0
+        told = capsys.readouterr()
+        assert said in " ".join((told.out + told.err).split())
+
+
 def test_a_list_of_measurements_is_a_fleet_too(mechanism, robots):
     fleet = symkin.identify_many(mechanism, list(robots.values())[:2])
     assert fleet.robots == ("1", "2")
@@ -208,21 +279,21 @@ def test_options_are_those_of_identify():
 @pytest.mark.parametrize("asked", [{"shared": ["sensor_gain"]}, {"noise": "estimate"}])
 def test_what_options_ask_of_a_fleet_is_asked_of_each_robot(mechanism, robots, asked):
     one = {"robot 1": robots["robot 1"]}
-    found = Fleet.of(mechanism, one, EstimateOptions(**asked))
+    found = Fleet.of(mechanism, [one], EstimateOptions(**asked))
     assert found.options.estimator == "joint"
     alone = symkin.identify(mechanism, robots["robot 1"], **asked)
     np.testing.assert_array_equal(found.parameters[0], alone.mechanism.parameters)
 
 
 def test_files_are_named_by_their_path_where_their_names_are_alike(mechanism, robots, tmp_path):
-    from symkin.estimate.fleet import fleet_of_files
-
     paths = [tmp_path / folder / "m.csv" for folder in "ab"]
     for path in paths:
         path.parent.mkdir()
         symkin.write_measurements(robots["robot 1"], path, mechanism)
-    assert list(fleet_of_files(mechanism, paths)) == [str(path) for path in paths]
-    assert list(fleet_of_files(mechanism, [Path(paths[0])])) == ["m"]
+    (both,) = robots_of_files(mechanism, paths)
+    assert list(both) == [str(path) for path in paths]
+    (one,) = robots_of_files(mechanism, [Path(paths[0])])
+    assert list(one) == ["m"]
 
 
 def test_several_tables_may_each_hold_many_robots(robots, tmp_path, capsys):

@@ -110,7 +110,7 @@ def test_a_damaged_or_boundless_compressed_file_is_refused(
     path.write_bytes(gzip.compress(text.encode())[:-20])
     with pytest.raises(MeasurementError, match=r"m\.csv\.gz: cannot be decompressed"):
         symkin.read_measurements(path, paper)
-    monkeypatch.setattr(tables, "_MOST_BYTES", 100)
+    monkeypatch.setattr(tables, "MOST_BYTES", 100)
     path.write_bytes(gzip.compress(text.encode()))
     with pytest.raises(MeasurementError, match="holds more than 100 bytes"):
         symkin.read_measurements(path, paper)

@@ -286,6 +286,10 @@ NOTES: Mapping[str, Code] = {
         "named says less than for a robot with few legs."
     ),
     "columns-unread": Code("{words}"),
+    "rows-apart": Code(
+        "{words}, so that the whole table was held in memory; sorted by robot, it is read a part "
+        "at a time"
+    ),
     "screened": Code(
         "A robot that fits passed the tests of noise and tolerance; symkin identify makes more of "
         "a single one, as were made here of those that did not pass."
