@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The package as a whole: its names, and that every module stands on its own."""
+"""The package as a whole: its names, and what an import brings."""
 
 from __future__ import annotations
 
@@ -12,22 +12,6 @@ import pytest
 
 import symkin
 
-# A module that its package imports has been tried with that: Python imports the package first.
-_EVERY_MODULE_FIRST = """
-import pkgutil, sys, symkin
-names = [m.name for m in pkgutil.walk_packages(symkin.__path__, "symkin.")]
-brought = {}
-for name in names:
-    if name.endswith(("_core", "__main__")) or name in brought.get(name.rpartition(".")[0], ()):
-        continue
-    for loaded in [n for n in sys.modules if n.startswith("symkin") and not n.endswith("_core")]:
-        del sys.modules[loaded]
-    try:
-        __import__(name)
-    except ImportError as error:
-        print(name, error)
-    brought[name] = set(sys.modules)
-"""
 _EVERY_NAME_FIRST = """
 import sys, symkin
 for name in symkin.__all__:
@@ -41,10 +25,6 @@ for name in symkin.__all__:
 def printed(code: str) -> str:
     command = [sys.executable, "-c", code]
     return subprocess.run(command, capture_output=True, text=True, check=True).stdout
-
-
-def test_every_module_can_be_the_first_that_is_imported() -> None:
-    assert printed(_EVERY_MODULE_FIRST) == ""
 
 
 def test_every_name_at_the_top_can_be_the_first_that_is_used() -> None:

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import symkin
+from symkin.errors import NotIdentifiableError
 from symkin.model.settings import Tolerances
 from symkin.planning.simulation import disturb
 
@@ -408,6 +409,26 @@ def test_a_cause_is_named_although_the_robot_changes_while_it_is_measured(measur
     taken = replace(sound, readings=sound.readings[:, [1, 0, 2]])
     (doubt,) = doubts_of(mechanism, taken, prior="tolerances", **changes)
     assert (doubt.code, doubt.legs) == ("columns-exchanged", (0, 1))
+
+
+def test_of_sound_poses_that_show_too_little_no_mistake_is_named():
+    """Angles that are nothing but noise would be less of it in another unit."""
+    mechanism = symkin.load_mechanism("3RRR")
+    sound = mechanism.simulate(mechanism.plan(30), 1).measurements
+    with pytest.raises(NotIdentifiableError) as refused:
+        symkin.identify(mechanism, alike(mechanism, sound))
+    assert getattr(refused.value, "likely_cause", None) is None
+
+
+@pytest.mark.parametrize("mistake", ["two legs swapped", "one sign flipped", "one gain 20% off"])
+def test_a_mistake_is_named_where_more_legs_than_freedoms_are_read_exactly(mistake):
+    """No pose takes all of their readings to the last digit."""
+    mechanism = symkin.load_mechanism("4RRR")
+    assert mechanism.noise.reading == 0
+    sound = mechanism.simulate(mechanism.plan(30), 1).measurements
+    (error,) = (each for each in SILENT_ERRORS if each.name == mistake)
+    (said,) = codes_of(doubts_of(mechanism, error.change(mechanism, sound)))
+    assert said in error.codes
 
 
 @pytest.mark.parametrize("way", WAYS)

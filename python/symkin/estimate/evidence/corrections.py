@@ -319,12 +319,16 @@ def _explains(
 ) -> bool:
     """Whether a correction explains what is not explained as it is stated.
 
-    What only edits the table is not better by so much by chance; what sets more free has to be
-    better by twice that, and to leave nothing that noise does not explain; but not by that alone
-    (`weak`) where the residuals have a shape that no parameter gives them. What explains only a
-    part must leave so much less of the measurements: a robot that shrinks until nothing matters is
-    as little worse than any nonsense as its tolerances make it.
+    Of measurements that say little, as of poses that are all alike, noise is explained too: a unit
+    in which it is smaller does that. What only edits the table is not better by so much by chance;
+    what sets more free has to be better by twice that, and to leave nothing that noise does not
+    explain; but not by that alone (`weak`) where the residuals have a shape that no parameter gives
+    them. What explains only a part must leave so much less of the measurements: a robot that
+    shrinks until nothing matters is as little worse than any nonsense as its tolerances make it.
     """
+    stated = as_stated.goodness if as_stated and as_stated.converged else None
+    if stated and stated.chi_square <= stated.limit:  # there is nothing to explain
+        return False
     after, before = per_degree(fit), per_degree(as_stated)
     gained = (before - after) * fit.goodness.degrees_of_freedom
     whole = fit.goodness.chi_square <= fit.goodness.limit

@@ -36,6 +36,7 @@ SECOND = (40, 40)  # poses and steps of what the first looks leave
 _FAR_TOO_GOOD = 0.01  # per degree: observations have lost what they say
 _WIDER = 3  # times as many steps for what is further from its start
 _REJECTED = 0.5  # of a pose's weight: below it a loss rejects the pose
+_NEARLY_EXACT = 0.01  # of the noise of positions
 _ASIDE = 0.1  # share of the poses that may remain without explanation, if not one
 
 
@@ -62,8 +63,13 @@ class Statement:
 
     @cached_property
     def _options(self) -> EstimateOptions:
-        given = self.options
+        given, robot = self.options, self.mechanism
         noise = given.noise if isinstance(given.noise, NoiseSettings) else None
+        declared = noise or robot.noise
+        if len(robot.legs) > robot.space.dof and not declared.reading:
+            # More exact readings than a pose has coordinates leave no pose.
+            arm = robot.characteristic_length if robot.reading_unit == "rad" else 1.0
+            noise = dataclasses.replace(declared, reading=_NEARLY_EXACT * declared.position / arm)
         return dataclasses.replace(given, gauge="prior", loss="none", loss_per="pose", noise=noise)
 
     @cached_property
