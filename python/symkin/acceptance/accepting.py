@@ -112,12 +112,17 @@ def accept(
     for kind, limit in wanted.items():
         if limit is None:
             continue
-        own = given[kind] or tested.uncertainty(kind)
+        errors, own = tested.part(kind), tested.uncertainty(kind)
+        stated = given[kind]
+        if stated is not None:
+            own = np.where(np.isnan(own), np.nan, stated)
         _require_uncertainty(kind, own)
         of_frame = fitted if kind == "position" else 0
-        over_all = limits_of_rms(tested.errors_of(kind), own, limit, fitted=of_frame)
-        limits[kind] = [_of_pose(tested.part(kind)[rows], own, limit) for rows in visits]
-        judged.append(_judged(kind, over_all, limits[kind], before[kind], judge, tested.failed))
+        known = tested.errors_of(kind), own[np.isfinite(own).all(axis=1)]
+        over_all = limits_of_rms(*known, limit, fitted=of_frame)
+        means = [_mean_of(errors[rows], own[rows]) for rows in visits]
+        limits[kind] = [each and limits_of_rms(*each, limit) for each in means]
+        judged.append(_judged(kind, over_all, means, before[kind], judge, tested.failed))
     poses = tuple(
         TestedPose(
             tuple(tested.numbers[rows].tolist()),
@@ -228,29 +233,34 @@ def _before(found: Estimate | None, tested: Tested) -> dict[str, float]:
     return tested.of_model(found.nominal)
 
 
-def _of_pose(errors: Array, uncertainty: float, tolerance: float) -> RmsLimits | None:
-    """What the mean error of the visits of a pose is within; None if it was not measured."""
-    known = errors[np.isfinite(errors).all(axis=1)]
+def _mean_of(errors: Array, uncertainty: Array) -> tuple[Array, Array] | None:
+    """The mean error of the visits of a pose, and its uncertainty; None if it was not measured.
+
+    The device may be off by the same at all visits, but not what scatters between them.
+    """
+    measured = np.isfinite(errors).all(axis=1)
+    known = errors[measured]
     if not len(known):
         return None
     scatter = known.var(axis=0, ddof=1).mean() if len(known) > 1 else 0.0
-    own = math.sqrt(scatter / len(known) + uncertainty**2)
-    return limits_of_rms(known.mean(axis=0, keepdims=True), own, tolerance)
+    squares = np.sort(uncertainty[measured] ** 2, axis=1).mean(axis=0, keepdims=True)
+    return known.mean(axis=0, keepdims=True), np.sqrt(scatter / len(known) + squares)
 
 
 def _judged(
     kind: Kind,
     over_all: RmsLimits,
-    of_poses: Sequence[RmsLimits | None],
+    of_poses: Sequence[tuple[Array, Array] | None],
     before: float,
     judge: Judge,
     failed: Sequence[int],
 ) -> Judged:
     known = [each for each in of_poses if each is not None]
+    tolerance = over_all.tolerance
     verdict: Verdict = over_all.verdict
     reason = ""
     if judge == "largest":
-        verdict = _of_every_pose(known, over_all.tolerance)
+        verdict = _of_every_pose(known, tolerance)
     if over_all.contradicted:
         verdict = "undecided"
         reason = (
@@ -262,22 +272,22 @@ def _judged(
     if failed and verdict == "pass":
         verdict = "undecided"
         reason = f"the model cannot take {len(failed)} of the rows, so nothing is known of them"
-    largest = max(known, key=lambda each: each.observed)
-    by_band = decide(largest.observed, largest.uncertainty, largest.tolerance)
+    error, uncertainty = max(known, key=lambda each: float(np.linalg.norm(each[0])))
+    by_band = decide(float(np.linalg.norm(error)), float(uncertainty.max()), tolerance)
     return Judged(kind, over_all, before, by_band, verdict, reason)
 
 
-def _of_every_pose(limits: Sequence[RmsLimits], tolerance: float) -> Verdict:
+def _of_every_pose(poses: Sequence[tuple[Array, Array]], tolerance: float) -> Verdict:
     """A pass if every pose passes; a failure if one fails, of which there are many to do so."""
+    limits = [limits_of_rms(*each, tolerance) for each in poses]
     if all(each.upper <= tolerance for each in limits):
         return "pass"
     risk = RISK / len(limits)
     again = (
-        limits_of_rms(np.array([[each.observed] + [0.0] * (each.degrees - 1)]), each.uncertainty,
-                      tolerance, risk=risk)
-        for each in limits
+        limits_of_rms(*pose, tolerance, risk=risk)
+        for pose, each in zip(poses, limits, strict=True)
         if each.lower >= tolerance
-    )  # fmt: skip
+    )
     return "fail" if any(each.lower >= tolerance for each in again) else "undecided"
 
 
@@ -286,8 +296,8 @@ def _worst(verdicts: Sequence[Verdict]) -> Verdict:
     return next((each for each in order if each in verdicts), "pass")
 
 
-def _require_uncertainty(kind: Kind, value: float) -> None:
-    if not value > 0:
+def _require_uncertainty(kind: Kind, values: Array) -> None:
+    if np.isnan(values).all() or not np.nanmin(values) > 0:
         raise SymkinError(
             f"the device's uncertainty of the {kind} is not known: expected it in [noise] of the "
             "mechanism's file, or said here (--uncertainty)"

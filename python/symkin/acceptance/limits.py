@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -105,7 +105,8 @@ class RmsLimits(Value):
     lower, upper : float
         Limits of the true one, each with the risk.
     uncertainty, tolerance : float
-        Standard deviation of each coordinate's noise, and what must not be exceeded.
+        Standard deviation of the coordinates' noise, root mean square, and what must not be
+        exceeded.
     rows, degrees : int
         Errors, and their coordinates less those that a frame was fitted with.
     contradicted : bool
@@ -126,20 +127,30 @@ class RmsLimits(Value):
 
 
 def limits_of_rms(
-    errors: Array, uncertainty: float, tolerance: float, *, fitted: int = 0, risk: float = RISK
+    errors: Array,
+    uncertainty: float | Array,
+    tolerance: float,
+    *,
+    fitted: int = 0,
+    risk: float = RISK,
 ) -> RmsLimits:
-    """Return exact limits of the root mean square of errors that normal noise was added to.
+    """Return limits of the root mean square of errors that normal noise was added to.
 
     The sum of squares over the noise's variance is a noncentral chi-square, whose noncentrality
     the true root mean square is. The upper limit is where so small a sum has `risk` times the
-    probability that it has without any error: it is never nothing, however small the sum.
+    probability that it has without any error: it is never nothing, however small the sum. This is
+    exact where the noise is as large in all coordinates; else the sum has mean ``D + sum(u^2)`` and
+    a variance of at most ``2 sum(u^4) + 4 max(u^2) D``, D the sum of the true squares, whose
+    directions nobody knows: those of the chi-square that is taken for it.
 
     Parameters
     ----------
     errors : ndarray, shape (M, d)
         Of M poses, d coordinates of each.
-    uncertainty, tolerance : float
-        Standard deviation of the noise of each coordinate, and what must not be exceeded.
+    uncertainty : float or ndarray, shape (M, d)
+        Standard deviation of the noise of each coordinate, or along the axes of its covariance.
+    tolerance : float
+        What must not be exceeded.
     fitted : int
         Coordinates of a frame that was fitted to these errors.
     risk : float
@@ -150,10 +161,16 @@ def limits_of_rms(
     SymkinError
         For a tolerance or an uncertainty that is none, or too few errors.
     """
-    _require(uncertainty, tolerance)
     errors = np.asarray(errors, dtype=float)
     if errors.ndim != 2 or not np.isfinite(errors).all():
         raise SymkinError("errors are not one finite row of coordinates for each pose")
+    deviations = np.asarray(uncertainty, dtype=float)
+    if deviations.ndim and deviations.shape != errors.shape:
+        raise SymkinError(
+            f"uncertainty has shape {deviations.shape}; expected that of the errors, {errors.shape}"
+        )
+    for value in {float(deviations.min(initial=math.inf)), float(deviations.max(initial=0.0))}:
+        _require(value, tolerance)
     rows, degrees = len(errors), errors.size - fitted
     if degrees < 1:
         raise SymkinError(
@@ -161,30 +178,71 @@ def limits_of_rms(
             "frame is fitted with"
         )
     squares = float(np.sum(errors**2))
-    value = squares / uncertainty**2
+    noise = _Noise.of(np.broadcast_to(deviations, errors.shape), degrees)
+    value = noise.chi_square(squares)
 
     def below(noncentrality: float) -> float:
-        return _core.noncentral_chi_square(value, degrees, noncentrality)
+        return _core.noncentral_chi_square(value, noise.degrees, noncentrality)
 
-    without = below(0.0)
-    contradicted = without < CONTRADICTED
+    contradicted = noise.below(squares) < CONTRADICTED
+    without = below(0.0) if value > 0 else 0.0
     upper, lower = math.nan, math.nan
     if without > 0:
-        upper = _rms(_falls_to(below, risk * without, value), uncertainty, rows)
+        upper = _rms(_falls_to(below, risk * without, value), noise.scale, rows)
         has_lower = without > 1 - risk
-        lower = _rms(_falls_to(below, 1 - risk, value), uncertainty, rows) if has_lower else 0.0
+        lower = _rms(_falls_to(below, 1 - risk, value), noise.scale, rows) if has_lower else 0.0
     return RmsLimits(
         observed=math.sqrt(squares / rows),
-        corrected=math.sqrt(max(squares - degrees * uncertainty**2, 0.0) / rows),
+        corrected=math.sqrt(max(squares - noise.total, 0.0) / rows),
         lower=lower,
         upper=upper,
-        uncertainty=uncertainty,
+        uncertainty=math.sqrt(noise.total / degrees),
         tolerance=tolerance,
         rows=rows,
         degrees=degrees,
         contradicted=contradicted,
         verdict="undecided" if contradicted else _verdict(upper, lower, tolerance),
     )
+
+
+class _Noise(NamedTuple):
+    """A sum of squares of normal noise, as a chi-square of so many degrees and a scale, moved."""
+
+    variances: Array
+    share: float  # of the coordinates, less those of a frame
+    scale: float
+    degrees: float
+
+    @classmethod
+    def of(cls, deviations: Array, degrees: int) -> _Noise:
+        variances = deviations.ravel() ** 2
+        share, largest = degrees / len(variances), float(variances.max())
+        effective = share * float(np.sum((variances / largest) ** 2))
+        return cls(variances, share, math.sqrt(largest), effective)
+
+    @property
+    def total(self) -> float:
+        return self.share * float(self.variances.sum())
+
+    def chi_square(self, squares: float) -> float:
+        """What takes the place of the sum over the variance: of the same mean.
+
+        Of less than that the chi-square that is as rarely so small, if it is more.
+        """
+        value = (squares - self.total) / self.scale**2 + self.degrees
+        rarely = (
+            self.below(squares) if value < self.degrees < self.share * len(self.variances) else 0
+        )
+        if not rarely:
+            return value
+        form = _core.QuadraticForm(np.ones(1), np.array([self.degrees]))
+        return max(value, form.quantile(rarely))
+
+    def below(self, squares: float) -> float:
+        """Probability of a sum as small without any error."""
+        degrees = np.full(len(self.variances), self.share)
+        above = _core.QuadraticForm(self.variances, degrees).tail(np.array([squares]))
+        return 1 - float(above[0])
 
 
 def poses_for_share(share: float, confidence: float) -> int:

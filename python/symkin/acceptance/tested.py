@@ -85,18 +85,17 @@ class Tested:
             raise SymkinError(f"no row has a measured {kind}, of which a tolerance is given")
         return known
 
-    def uncertainty(self, kind: str) -> float:
-        """Standard uncertainty of a coordinate: root mean square over coordinates and rows."""
+    def uncertainty(self, kind: str) -> Array:
+        """Standard uncertainties like `part`, where it was measured; along the axes of the noise.
+
+        Those of the measurements, with the distance from the device where they grow with it, and of
+        the readings.
+        """
         size = self.model.space.size
         columns = slice(None, size) if kind == "position" else slice(size, None)
-        declared = self.noise.position if kind == "position" else self.noise.orientation
-        own = self.table.pose_deviations
-        squares = np.full(self.part(kind).shape, declared**2)
-        if own is not None:
-            stated = own[:, columns]
-            squares = np.where(np.isfinite(stated), stated**2, squares)
-        squares = squares + self._of_readings()[:, columns]
-        return float(np.sqrt(squares.mean()))
+        declared = self.table.standard_deviations(self.noise)["poses"]
+        found = np.sqrt(declared[:, columns] ** 2 + self._of_readings()[:, columns])
+        return np.where(np.isfinite(self.part(kind)).all(axis=1, keepdims=True), found, np.nan)
 
     def with_own_base(self) -> tuple[Tested, int]:
         """Fit the device's frame to the table; and of how many coordinates it takes account."""

@@ -88,6 +88,23 @@ def test_the_uncertainty_has_the_noise_of_readings(robot, poses):
     assert found.observed == pytest.approx(np.sqrt(2) * found.uncertainty, rel=0.3)
 
 
+def test_the_uncertainty_is_that_of_each_row_and_direction(robot, poses):
+    table = measured(robot, poses)
+    growing = robot.replace(noise=NoiseSettings(1e-5, 1e-5, 0.0, per_metre=1e-4))
+    away = np.linalg.norm(table.poses[:, :2], axis=1)
+    (position,) = accept(growing, table, 1e-3).judged
+    wanted = np.sqrt(np.mean((1e-5 + 1e-4 * away) ** 2))
+    assert position.limits.uncertainty == pytest.approx(wanted)
+    # Along the diagonal nearly 1.4 times as much: more of the sum may be noise.
+    rows, beside = np.full(len(poses), 0.95), np.full((len(poses), 3), 1e-5)
+    correlated = dataclasses.replace(table, pose_deviations=beside, pose_correlations=rows[:, None])
+    plain, tilted = (
+        accept(declared(robot), each, 1e-3).judged[0].limits for each in (table, correlated)
+    )
+    assert tilted.uncertainty == pytest.approx(plain.uncertainty)
+    assert tilted.upper > plain.upper
+
+
 @pytest.mark.parametrize("name", ["3RRR", "hexapod_jugglebot", "linear_delta"])
 def test_a_device_that_was_set_up_anew_has_its_frame_fitted(name):
     robot = symkin.load(name)

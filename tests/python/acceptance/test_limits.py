@@ -92,6 +92,27 @@ def test_limits_are_wrong_as_seldom_as_they_say():
     assert 0.022 < above / tables < 0.078
 
 
+@pytest.mark.parametrize("axis", [0, 2])
+def test_limits_hold_where_the_device_sees_one_direction_worse(axis):
+    """Their risk is reached where errors are along that direction, and is less elsewhere."""
+    random = np.random.default_rng(1)
+    true, noise, below, above = 5e-5, np.tile([1e-5, 1e-5, 5e-5], (20, 1)), 0, 0
+    tables = 1000
+    errors = np.zeros((20, 3))
+    errors[:, axis] = true
+    for scattered in errors + noise * random.normal(size=(tables, 20, 3)):
+        found = limits_of_rms(scattered, noise, 1.0)
+        below += found.upper < true
+        above += found.lower > true
+    assert below / tables < 0.078
+    assert above / tables < 0.078
+    if axis == 2:
+        assert above / tables > 0.022
+    assert found.uncertainty == pytest.approx(3e-5)
+    alike = limits_of_rms(scattered, found.uncertainty, 1.0)
+    assert found.lower < alike.lower
+
+
 def test_no_error_near_zero_has_an_upper_limit_of_nothing():
     found = limits_of_rms(np.full((5, 3), 5e-6), 1e-5, 5e-5)
     assert found.corrected == 0
@@ -116,6 +137,10 @@ def test_what_is_no_tolerance_or_uncertainty_is_refused(value):
         decide(1e-5, 1e-6, value)
     with pytest.raises(SymkinError, match="uncertainty"):
         limits_of_rms(np.zeros((3, 3)), value, 1e-5)
+    with pytest.raises(SymkinError, match="uncertainty"):
+        limits_of_rms(np.zeros((3, 3)), np.full((3, 3), value), 1e-5)
+    with pytest.raises(SymkinError, match=r"shape \(3,\)"):
+        limits_of_rms(np.zeros((3, 3)), np.ones(3), 1e-5)
 
 
 def test_visits_of_a_pose_are_found_in_any_order():
