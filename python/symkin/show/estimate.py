@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from symkin.analysis.workspace import workspace_coordinates
 from symkin.estimate.covariates import sessions_of
 from symkin.estimate.estimate import CORRECTED, REDRAWN, Estimate
 from symkin.estimate.evidence.findings import few
@@ -47,6 +48,7 @@ from symkin.show.wording import (
     milli,
     percent,
     plural,
+    pose_coordinates,
     promise,
     quoted,
     ratio,
@@ -537,7 +539,9 @@ def _expected_table(found: Estimate) -> list[Table]:
         for kind, unit in space.errors
     ]
     if space.moves:
-        where = ", ".join(significant(value) for value in expected.where)
+        at = workspace_coordinates(found.nominal, expected.where)[0].tolist()
+        named = zip(pose_coordinates(space), at, strict=True)
+        where = ", ".join(f"{name} = {milli(value, unit)}" for (name, unit), value in named)
         rows.append(("position where it is worst", f"{milli(expected.worst, 'm')} at ({where})"))
     caption = f"Errors to expect over the workspace ({plural(expected.poses, 'pose')}), first order"
     if expected.up_to_frames:

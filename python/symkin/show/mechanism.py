@@ -10,6 +10,7 @@ interpolates between the nodes.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Mapping, Sequence
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -372,8 +373,9 @@ _ALPHABET = np.frombuffer(
 )
 _LARGEST, _NONE = 4094, 4095
 _DECADES = 4  # of the condition number
-_BUDGET, _INTERPOLATED = 118_000, 140_000  # characters of all nodes; of straight legs
-_MOST = 61  # nodes along an axis
+_BUDGET, _INTERPOLATED = 118_000, 60_000  # characters of all nodes; of straight legs
+_MOST, _LEAST = 61, 3  # nodes along an axis
+_FINE, _LINES = 25, 24  # points of a line along which the condition number is looked at; such lines
 _TRIED = 1000  # poses, for the error of the interpolation
 _STATES = ("inside", "reach", "margin", "limits", "aspect", "conditioning")
 
@@ -419,7 +421,10 @@ def movable_data(
     dimensions = base.shape[1]
     bound = _bound(mechanism)
     characters = 3 + 2 * (dimensions * sum(inner) + len(bound))
-    axes = _axes(mechanism, (_BUDGET if any(inner) else _INTERPOLATED) // characters)
+    counts = _equal_counts(mechanism, _BUDGET // characters)
+    if not any(inner):
+        counts = _counts_by_need(mechanism, _INTERPOLATED // characters)
+    axes = _axes(mechanism, counts)
     # All places of the grid, the last coordinate running fastest.
     nodes = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
     poses = _poses(mechanism, nodes)
@@ -475,13 +480,54 @@ def _bound(mechanism: Mechanism) -> list[int]:
     return [each for each in range(mechanism.space.dof) if each not in mechanism.free]
 
 
-def _axes(mechanism: Mechanism, nodes: int) -> list[Array]:
-    """As many steps as so many nodes allow, one of them at home, which may be beyond the box."""
+def _equal_counts(mechanism: Mechanism, nodes: int) -> list[int]:
+    """As many steps along each axis as so many nodes allow."""
+    axes = len(mechanism.free)
+    return [min(_MOST, int(nodes ** (1 / axes) + 1e-9))] * axes
+
+
+def _counts_by_need(mechanism: Mechanism, nodes: int) -> list[int]:
+    """So many nodes, more along axes along which the condition number is further from straight.
+
+    That is how far it is from straight between nodes, on lines through some poses of the box.
+    """
+    fine = _axes(mechanism, [_FINE] * len(mechanism.free))
+    through = np.random.default_rng(0).integers(_FINE, size=(_LINES, len(fine)))
+    lines = []
+    for place, axis in enumerate(fine):
+        at = np.stack([axis[own] for axis, own in zip(fine, through.T, strict=True)], axis=-1)
+        at = at.repeat(_FINE, axis=0)
+        at[:, place] = np.tile(axis, _LINES)
+        conditions = mechanism.singularity_measures(_poses(mechanism, at))[2]
+        lines.append(np.log(conditions).reshape(_LINES, _FINE))
+
+    def bend(place: int, count: int) -> float:
+        shares = np.linspace(0, 1, _FINE)
+        nodes = np.linspace(0, 1, count)
+        missed = [
+            np.abs(np.interp(shares, nodes, np.interp(nodes, shares, line)) - line)
+            for line in lines[place]
+        ]
+        return float(np.nanmax(missed, initial=0.0))
+
+    counts = [_LEAST] * len(fine)
+    while True:
+        fits = [
+            place
+            for place, count in enumerate(counts)
+            if count < _MOST and math.prod(counts) // count * (count + 1) <= nodes
+        ]
+        if not fits:
+            return counts
+        counts[max(fits, key=lambda place: bend(place, counts[place]))] += 1
+
+
+def _axes(mechanism: Mechanism, counts: Sequence[int]) -> list[Array]:
+    """So many steps along each axis, one of them at home, which may be beyond the box."""
     settings = mechanism.workspace
     assert settings is not None
-    count = min(_MOST, int(nodes ** (1 / len(mechanism.free)) + 1e-9))
     axes = []
-    for place in mechanism.free:
+    for place, count in zip(mechanism.free, counts, strict=True):
         low, high = settings.lower[place], settings.upper[place]
         home = mechanism.home_coordinates[place]
         axis = np.linspace(min(low, home), max(high, home), count)
@@ -537,23 +583,24 @@ def _codes(conditions: Array, coordinates: Array, followed: Array) -> NDArray[np
 def _steps(
     mechanism: Mechanism, steps: Mapping[str, Array], inner: list[int], dimensions: int
 ) -> list[dict[str, Any]]:
-    """Of poses to step through what is drawn: the pose, and each leg's joints between its ends."""
+    """Of poses to step through what is drawn: the pose, and joints between the ends of legs."""
     if not steps:
         return []
     poses = np.array(list(steps.values()))
     readings = mechanism.inverse_kinematics(poses)
     centres = _inner_centres(mechanism, poses, readings, inner, dimensions)
     seen = workspace_coordinates(mechanism, poses)
-    ends = np.cumsum(inner)[:-1]
     return [
-        {
-            "name": name,
-            "pose": np.round(pose, 4).tolist(),
-            "joints": [np.round(own, 4).tolist() for own in np.split(joints, ends)],
-        }
+        {"name": name, "pose": np.round(pose, 4).tolist()}
+        | ({"joints": _split(joints, inner)} if any(inner) else {})
         for name, pose, joints in zip(steps, seen, centres, strict=True)
         if np.isfinite(joints).all()
     ]
+
+
+def _split(joints: Array, inner: list[int]) -> list[list[list[float]]]:
+    """The joints of each leg."""
+    return [np.round(own, 4).tolist() for own in np.split(joints, np.cumsum(inner)[:-1])]
 
 
 def _inner_centres(

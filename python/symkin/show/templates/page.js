@@ -118,7 +118,7 @@ function movable(figure) {
   }
 
   function innerJoints(leg) {
-    if (step >= 0) return data.steps[step].joints[leg];
+    if (step >= 0) return data.steps[step].joints?.[leg] ?? [];
     const before = inner.slice(0, leg).reduce((sum, each) => sum + each, 0);
     const start = at(place) + 3 + room * before;
     const joints = [];
