@@ -195,8 +195,12 @@ class FolderResult(Result):
         """Write them into a folder that is there."""
         self.save(folder / "results.json")
         if report:
-            page = dataclasses.replace(self.page(), files=self.files[:-1])
-            present.write_page(page, folder / "report.html")
+            self.write_report(folder)
+
+    def write_report(self, folder: Path) -> None:
+        """Draw the report into a folder that has the other files."""
+        page = dataclasses.replace(self.page(), files=self.files[:-1])
+        present.write_page(page, folder / "report.html")
 
 
 def loaded(

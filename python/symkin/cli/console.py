@@ -5,12 +5,14 @@ from __future__ import annotations
 
 import contextlib
 import os
+import signal
 import sys
+import threading
 import time
 import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
@@ -116,6 +118,40 @@ def searching(stage: Callable[[str], None]) -> Iterator[None]:
 
     with watched_search(tell):
         yield
+
+
+def write_result_then_report(result: Any, folder: Path, telling: Telling, **how: Any) -> Telling:
+    """Write a result's files, for which Ctrl-C waits, then its page, which it ends alone.
+
+    Returns how the result is told then: without a page that was not drawn.
+    """
+    with _held_interrupts() as came:
+        result.write(folder, report=False, **how)
+    if not telling.report:
+        return telling
+    try:
+        if came:
+            raise KeyboardInterrupt
+        result.write_report(folder)
+    except KeyboardInterrupt:
+        _tell("Interrupted: the page is not drawn; the other files are written")
+        (folder / "report.html").unlink(missing_ok=True)
+        return replace(telling, report=False)
+    return telling
+
+
+@contextmanager
+def _held_interrupts() -> Iterator[list[int]]:
+    """Have Ctrl-C wait; yields a list that is empty as long as it has not come."""
+    came: list[int] = []
+    if threading.current_thread() is not threading.main_thread():
+        yield came
+        return
+    before = signal.signal(signal.SIGINT, lambda number, _: came.append(number))
+    try:
+        yield came
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 @contextmanager

@@ -20,6 +20,7 @@ from symkin.cli.console import (
     progress,
     searching,
     write_result,
+    write_result_then_report,
 )
 from symkin.cli.options import (
     CandidatesOption,
@@ -201,7 +202,7 @@ def identify(
                 found = found.cross_validated(cross_validate, seed, blocks=cross_validate_blocks)
             if target:
                 stage("writing the report")
-                found.write(target, report=telling.report)
+                telling = write_result_then_report(found, target, telling)
     print_result(found, telling, out, found.files)
     if not found.converged:
         not_converged(found.failure)
@@ -287,7 +288,8 @@ def identify_batch(
     with progress() as stage:
         stage("reading the mechanism and the measurements")
         nominal = by.on(symkin.load_mechanism(mechanism), estimates=True)
-        with OutputFiles([*nominal.files, *files, columns], overwrite) as outputs:
+        inputs = [*nominal.files, *files, columns]
+        with OutputFiles(inputs, overwrite) as outputs, searching(stage):
             target = outputs.folder(out, *Fleet.SOMETIMES, "report.html") if out else None
             mapping = columns_of(columns)
 
@@ -318,7 +320,7 @@ def identify_batch(
             )
             if target:
                 stage("writing the table")
-                found.write(target, table=table, report=telling.report)
+                telling = write_result_then_report(found, target, telling, table=table)
     print_result(found, telling, out, ("report.html", f"fleet.{table}"))
     failed = found.verdicts.count("failed")
     if failed:

@@ -18,7 +18,9 @@ from symkin.cli.console import (
     print_result,
     progress,
     progress_bar,
+    searching,
     write_result,
+    write_result_then_report,
 )
 from symkin.cli.options import (
     AccuracyOption,
@@ -338,7 +340,7 @@ def run(
         given = {"pose_count": pose_count, "candidates": candidates}
         changes = {name: value for name, value in given.items() if value is not None}
         nominal = nominal.replace(protocol=dataclasses.replace(nominal.protocol, **changes))
-        with OutputFiles(nominal.files, overwrite) as outputs:
+        with OutputFiles(nominal.files, overwrite) as outputs, searching(stage):
             target = outputs.folder(out, *ProtocolResult.SOMETIMES, *ProtocolResult.FILES)
             result = symkin.run_protocol(
                 nominal,
@@ -348,8 +350,10 @@ def run(
                 seed=seed,
                 progress=stage,
             )
+            stage("looking for what speaks against it")
+            _ = result.identification.doubts  # which are found when they are asked for, and kept
             stage("writing the report")
-            result.write(target, report=telling.report)
+            telling = write_result_then_report(result, target, telling)
     print_result(result, telling, out, ProtocolResult.FILES)
     if not result.identification.converged:
         not_converged(result.identification.failure)

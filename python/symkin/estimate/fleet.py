@@ -20,6 +20,7 @@ from symkin.data.measurements import Measurements
 from symkin.errors import MeasurementError, SymkinError, did_you_mean, one_of, shown
 from symkin.estimate.covariates import steps_of
 from symkin.estimate.evidence.findings import Doubt, Note
+from symkin.estimate.evidence.watching import is_watched, unwatched_search
 from symkin.estimate.fleet_jobs import Job, Robots, identifying
 from symkin.estimate.fleet_parts import (
     COLUMNS,
@@ -215,8 +216,12 @@ class Fleet(Result):
             target = outputs.folder(Path(folder), *self.SOMETIMES, "report.html")
             write_table(target / name, self.columns())
             if report:
-                present.write_page(self.page(), target / "report.html")
+                self.write_report(target)
         return Path(folder) / name
+
+    def write_report(self, folder: Path) -> None:
+        """Write the page into a folder that has the table."""
+        present.write_page(self.page(), folder / "report.html")
 
     @classmethod
     def of(
@@ -239,16 +244,26 @@ class Fleet(Result):
             options = dataclasses.replace(options, estimator="joint")
         found: list[FleetPart] = []
         seconds, looked_at = 0.0, 0
+        ended: tuple[Note, ...] = ()
+        watched = is_watched()
         job = Job(nominal, options, asked, threads)
-        with identifying(job, workers=workers, scheduler=scheduler) as identified:
-            for robots in parts:
-                start = time.perf_counter()
-                part = part_of(job, robots, identified(robots), looked_at)
-                looked_at += len(part.doubts)
-                if tolerances:
-                    part.shares = shares_of(nominal, robots, options, part.failures)
-                found.append(part)
-                seconds += time.perf_counter() - start
+        with (
+            unwatched_search(),  # of one robot, which Ctrl-C would end for it alone
+            identifying(job, workers=workers, scheduler=scheduler) as identified,
+        ):
+            try:
+                for robots in parts:
+                    start = time.perf_counter()
+                    part = part_of(job, robots, identified(robots), looked_at)
+                    looked_at += len(part.doubts)
+                    if tolerances:
+                        part.shares = shares_of(nominal, robots, options, part.failures)
+                    found.append(part)
+                    seconds += time.perf_counter() - start
+            except KeyboardInterrupt:
+                if not found or not watched:
+                    raise
+                ended = (Note("robots-left"),)
         names = [name for part in found for name in part.names]
         if not names:
             raise MeasurementError("there are no measurements of any robot; expected some")
@@ -274,6 +289,7 @@ class Fleet(Result):
             options=options,
             seconds=seconds,
             notes=(
+                *ended,
                 *(() if together else (Note("screened"),)),
                 *_notes(found),
                 *_of_all(together),

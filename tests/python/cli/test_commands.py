@@ -8,14 +8,17 @@ import filecmp
 import math
 import re
 import shlex
+import shutil
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import symkin as library
 from symkin.estimate import Estimate
+from symkin.estimate import fleet as fleet_module
 from symkin.estimate.evidence.edits import in_modes
 from symkin.pipeline import ProtocolResult
 from symkin.show.wording import milli
@@ -406,6 +409,50 @@ def test_an_interrupted_search_for_causes_loses_no_estimate(
     told = symkin("identify", "3RRR", tmp_path / "wrong.csv", *into)
     assert "Ctrl-C ended the search for a cause" in told.words
     assert (tmp_path / "out" / "calibrated.toml").exists()
+
+
+@pytest.mark.parametrize("command", ["identify", "run", "identify-batch"])
+def test_ctrl_c_while_the_page_is_drawn_keeps_the_rest(
+    symkin: Callable,
+    protocol: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    command: str,
+) -> None:
+    def interrupted(_page: object) -> str:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("symkin.show.rendering.page_html", interrupted)
+    of = () if command == "run" else (protocol / "measurements.csv",)
+    few = ("--candidates", "300", "--pose-count", "10") if command == "run" else ()
+    told = symkin(command, "3RRR", *of, *few, "--out", tmp_path / "out")
+    assert told.code == 0
+    assert "Interrupted: the page is not drawn" in told.err
+    names = {each.name for each in (tmp_path / "out").iterdir()}
+    assert names >= ({"fleet.csv"} if command == "identify-batch" else {"calibrated.toml"})
+    assert "report.html" not in {*names, *told.words.split()}
+
+
+def test_ctrl_c_keeps_the_robots_that_are_identified(
+    symkin: Callable, protocol: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    identified, met = fleet_module.part_of, list[object]()
+
+    def interrupted(*given: Any) -> Any:
+        met.append(given)
+        if len(met) == 3:
+            raise KeyboardInterrupt
+        return identified(*given)
+
+    monkeypatch.setattr("symkin.estimate.fleet.part_of", interrupted)
+    monkeypatch.setattr("symkin.estimate.fleet_sources._ROWS", 1)
+    files = [tmp_path / f"{name}.csv" for name in "abcd"]
+    for file in files:
+        shutil.copy(protocol / "measurements.csv", file)
+    told = symkin("identify-batch", "3RRR", *files, "--out", tmp_path / "out", "--no-report")
+    assert told.code == 0
+    assert "Ctrl-C ended it" in told.words
+    assert len((tmp_path / "out" / "fleet.csv").read_text().splitlines()) == 3
 
 
 def test_a_refusal_writes_the_table_as_its_likely_cause_corrects_it(

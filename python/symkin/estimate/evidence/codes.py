@@ -286,6 +286,9 @@ NOTES: Mapping[str, Code] = {
         "named says less than for a robot with few legs."
     ),
     "columns-unread": Code("{words}"),
+    "robots-left": Code(
+        "Ctrl-C ended it: the robots until then are identified, those after them are not."
+    ),
     "rows-apart": Code(
         "{words}, so that the whole table was held in memory; sorted by robot, it is read a part "
         "at a time"

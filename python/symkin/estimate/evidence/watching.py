@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 
-__all__ = ["is_watched", "looked", "watched_search"]
+__all__ = ["is_watched", "looked", "unwatched_search", "watched_search"]
 
 _TOLD: ContextVar[Callable[[], None] | None] = ContextVar("told", default=None)
 
@@ -32,6 +32,16 @@ def watched_search(tell: Callable[[int], None]) -> Iterator[None]:
         tell(count)
 
     token = _TOLD.set(told)
+    try:
+        yield
+    finally:
+        _TOLD.reset(token)
+
+
+@contextmanager
+def unwatched_search() -> Iterator[None]:
+    """Have Ctrl-C end everything again."""
+    token = _TOLD.set(None)
     try:
         yield
     finally:
