@@ -18,6 +18,7 @@ from typing import Annotated, Any, NoReturn
 
 import typer
 
+from symkin.cli.words import usage_words
 from symkin.errors import FailedFitError, SymkinError, printable
 from symkin.estimate.evidence.watching import watched_search
 from symkin.options import OPTIONS
@@ -221,10 +222,8 @@ def _sentence(error: Exception) -> str:
 
 
 def _usage(error: Any) -> str:
-    message = " ".join(error.format_message().split()).rstrip(".")
-    message = message.removeprefix("Invalid value: ").replace("Value error, ", "")
     command = error.ctx.command_path if error.ctx is not None else "symkin"
-    return f"{message} (see `{command} --help`)"
+    return f"{usage_words(error)} (see `{command} --help`)"
 
 
 def _tell(message: str) -> None:

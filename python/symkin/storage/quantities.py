@@ -18,7 +18,16 @@ from typing import NamedTuple
 from symkin.errors import QuantityError, did_you_mean
 
 # Factors to the SI unit, lengths and angles apart, and what is counted.
-_LENGTHS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "um": 1e-6, "km": 1e3, "inch": 0.0254, "ft": 0.3048}
+_LENGTHS = {
+    "m": 1.0,
+    "mm": 1e-3,
+    "cm": 1e-2,
+    "um": 1e-6,
+    "nm": 1e-9,
+    "km": 1e3,
+    "inch": 0.0254,
+    "ft": 0.3048,
+}
 _ANGLES = {
     "rad": 1.0,
     "mrad": 1e-3,

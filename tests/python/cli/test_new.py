@@ -48,7 +48,7 @@ def test_what_new_prints_is_a_file_that_commands_take(symkin: Run, tmp_path: Pat
     [
         (["--chain", "[R]RX"], 'unknown chain "[R]RX"; the nearest known one is "[R]RR"'),
         (["--chain", "[R]RR", "--legs", 2], "2 legs for a planar platform; expected 3 to 64"),
-        ([], "Missing option '--chain'"),
+        ([], "--chain is missing; expected --chain"),
     ],
 )
 def test_a_chain_that_cannot_be_is_answered(

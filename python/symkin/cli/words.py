@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: MIT
+"""What is wrong with a command line, in a sentence that says what to type instead."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from symkin.errors import did_you_mean
+
+__all__ = ["arguments_of", "usage_words", "without_type"]
+
+_TYPE = re.compile(r" <(?:str|Path|float|int|list\[\w+\])>$")
+
+
+def arguments_of(command: Any, context: Any) -> list[str]:
+    """What a command line has behind the command's name, options aside: ``MECHANISM``."""
+    found = []
+    for each in command.get_params(context):
+        if each.param_type_name == "argument":
+            name = str(each.metavar or each.human_readable_name).strip("{}[]")
+            found.append(name if each.required else f"[{name}]")
+    return found
+
+
+def without_type(record: tuple[str, str]) -> tuple[str, str]:
+    """A line of the help of an argument, whose type its words say."""
+    return _TYPE.sub("", record[0]), record[1]
+
+
+def usage_words(error: Any) -> str:
+    """Say what cannot be used of a command line."""
+    message = " ".join(error.format_message().split()).rstrip(".")
+    message = message.removeprefix("Invalid value: ").replace("Value error, ", "")
+    for pattern, told in _WORDS.items():
+        if found := re.fullmatch(pattern, message):
+            return told(found, error)
+    return message
+
+
+def _whole(error: Any) -> str:
+    if error.ctx is None:
+        return "a command and its options"
+    words = [error.ctx.command_path, *arguments_of(error.ctx.command, error.ctx)]
+    return " ".join(words)
+
+
+def _option(error: Any) -> str:
+    """An option as it is typed, with what stands for its value."""
+    parameter = getattr(error, "param", None)
+    if parameter is None:
+        return ""
+    name = next((each for each in parameter.opts if each.startswith("--")), "")
+    return f"{name} {parameter.metavar}" if parameter.metavar else name
+
+
+def _extra(found: re.Match[str], error: Any) -> str:
+    words = found[1].split()
+    told = ", ".join(f'"{word}"' for word in words)
+    return f"{told} {'are' if len(words) > 1 else 'is'} too much; expected {_whole(error)}"
+
+
+def _no_option(found: re.Match[str], error: Any) -> str:
+    name, context = found[1], error.ctx
+    if context is None or context.parent is None:
+        return f"there is no option {name} here; expected a command first, such as check"
+    own = {flag.lstrip("-") for each in context.command.params for flag in each.opts}
+    near = did_you_mean(name.lstrip("-"), sorted(own)).replace('"', '"--', 1)
+    others = [
+        other
+        for other, command in context.parent.command.commands.items()
+        if any(name in each.opts for each in command.params)
+    ]
+    elsewhere = f"; {', '.join(others)} have it" if len(others) > 1 else ""
+    elsewhere = f"; {others[0]} has it" if len(others) == 1 else elsewhere
+    return f"{context.info_name} has no option {name}{elsewhere or near}"
+
+
+def _no_value(found: re.Match[str], _: Any) -> str:
+    return f"{found[1]} needs a value behind it"
+
+
+def _missing_option(found: re.Match[str], error: Any) -> str:
+    choices = f", one of {found[2]}" if found[2] else ""
+    return f"{found[1]} is missing; expected {_option(error) or found[1]}{choices}"
+
+
+def _no_number(found: re.Match[str], _: Any) -> str:
+    said = found[2]
+    for pattern, words in _NUMBERS.items():
+        if limit := re.match(pattern, said):
+            return f"{found[1]}: expected {words}{''.join(limit.groups())}"
+    return f"{found[1]}: {said}"
+
+
+_NUMBERS = {
+    r"Input should be a valid integer.*": "a whole number",
+    r"Input should be a valid number.*": "a number",
+    r"Input should be greater than or equal to (.*)": "at least ",
+    r"Input should be less than or equal to (.*)": "at most ",
+    r"Input should be greater than (.*)": "more than ",
+    r"Input should be less than (.*)": "less than ",
+}
+# What typer says, and how it is said here.
+_WORDS: Mapping[str, Callable[[re.Match[str], Any], str]] = {
+    r"Got unexpected extra arguments?(?:\(s\))? \((.*)\)": _extra,
+    r"No such option:? '?(--?[^ ']*)'?.*": _no_option,
+    r"No such command '(.*)'\. (Did you mean .*)": lambda found, _: (
+        f'there is no command "{found[1]}". {found[2]}'
+    ),
+    r"No such command '(.*)'": lambda found, _: f'there is no command "{found[1]}"',
+    r"Missing argument '(.*?)(?:\.\.\.)?'\.?": lambda found, error: (
+        f"{found[1]} is missing; expected {_whole(error)}"
+    ),
+    r"Missing option '(--[^ ']*).*?'(?:\. Choose from: (.*))?": _missing_option,
+    r"Option '(.*)' requires an argument": _no_value,
+    r"Option '(.*)' does not take a value": lambda found, _: f"{found[1]} takes no value",
+    r"Invalid value for '(--[^ ']*).*?': (Input should be .*)": _no_number,
+    r"Invalid value for '(--[^ ']*).*?': '(.*?)' is not one of (.*)": lambda found, _: (
+        f'{found[1]} is "{found[2]}"; expected one of {found[3].replace(chr(39), "")}'
+    ),
+}
