@@ -5,14 +5,13 @@ from __future__ import annotations
 
 import hashlib
 import math
-import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from symkin.acceptance.calibration import calibrated_of, rows_seen
 from symkin.acceptance.certificate import ABOUT, Acceptance, Judged, Kind, TestedPose
 from symkin.acceptance.limits import (
     CONTRADICTED,
@@ -29,15 +28,13 @@ from symkin.data.measurements import Measurements
 from symkin.data.reading import Measured, as_measurements
 from symkin.errors import SymkinError, did_you_mean
 from symkin.estimate.estimate import Estimate
-from symkin.model.given import MechanismGiven, as_mechanism
+from symkin.model.given import MechanismGiven
 from symkin.model.mechanism import Mechanism
 from symkin.options import Frame, Judge, checks
-from symkin.pipeline import saved_estimate
 
 __all__ = ["accept"]
 
 Array = NDArray[np.float64]
-_RESULTS = "results.json"
 _SHARE = 0.95
 
 
@@ -93,7 +90,7 @@ def accept(
         "position": tolerance,
         "orientation": orientation_tolerance,
     }
-    found, model, paths = _calibrated(calibrated)
+    found, model, paths = calibrated_of(calibrated)
     _check_asked(model, wanted, frames, about)
     table = as_measurements(measurements, model)
     held_out = _held_out(found, table)
@@ -151,29 +148,6 @@ def accept(
     )
 
 
-def _calibrated(given: Any) -> tuple[Estimate | None, Mechanism, list[Path]]:
-    """An estimate if there is one: of a folder, a results file, or beside the mechanism's file."""
-    if isinstance(given, Estimate):
-        return given, given.mechanism, []
-    if not isinstance(given, str | os.PathLike):
-        return None, as_mechanism(given, "calibrated"), []
-    path = Path(given)
-    if path.is_dir() or path.suffix == ".json":
-        results = path / _RESULTS if path.is_dir() else path
-        found = saved_estimate(results)
-        return found, found.mechanism, [results]
-    model, beside = as_mechanism(given, "calibrated"), path.parent / _RESULTS
-    paths = [*model.files]
-    if path.suffix == ".toml" and beside.is_file():
-        try:
-            found = saved_estimate(beside)
-        except SymkinError:  # of another command, or of another version
-            return None, model, paths
-        if np.allclose(found.mechanism.parameters, model.parameters, rtol=1e-9, atol=1e-12):
-            return found, model, [*paths, beside]
-    return None, model, paths
-
-
 def _check_asked(
     model: Mechanism,
     wanted: Mapping[Kind, float | None],
@@ -206,25 +180,13 @@ def _held_out(found: Estimate | None, table: Measurements) -> bool | None:
     """Refuse rows of the calibration; None if they are not known."""
     if found is None:
         return None
-    known = set(row_digests(found.measurements))
-    again = [
-        str(row)
-        for row, digest in zip(table.row_numbers, row_digests(table), strict=True)
-        if digest in known
-    ]
-    if again:
+    if again := rows_seen(found, table):
         shown = ", ".join(again[:5]) + (", ..." if len(again) > 5 else "")
         raise SymkinError(
             f"{len(again)} of {len(table.poses)} rows ({shown}) are of the calibration itself; "
             "expected measurements that it has not seen"
         )
     return True
-
-
-def row_digests(measured: Measurements) -> list[str]:
-    """Of each row's pose and readings, to nine digits, as other units round them."""
-    rows = np.hstack([measured.poses, measured.readings])
-    return [" ".join(f"{value:.9e}" for value in row) for row in rows]
 
 
 def _before(found: Estimate | None, tested: Tested) -> dict[str, float]:

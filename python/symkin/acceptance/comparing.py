@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin import _core
-from symkin.acceptance.accepting import row_digests
+from symkin.acceptance.calibration import row_digests
 from symkin.analysis.promises import CONFIDENCE, parameter_effects, thinned
 from symkin.analysis.workspace import sample_workspace
 from symkin.errors import SymkinError

@@ -5,12 +5,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 import symkin
+from symkin.acceptance.calibration import calibrated_of, rows_seen
 from symkin.analysis.alignment import poses_of_columns, poses_of_mechanism
 from symkin.analysis.probing import with_printed_length
 from symkin.cli.console import (
@@ -62,6 +64,7 @@ from symkin.estimate.fleet_jobs import Robots
 from symkin.estimate.fleet_sources import robots_of_files
 from symkin.model.mechanism import require_same_shape
 from symkin.options import Format
+from symkin.show.wording import plural
 from symkin.storage.output_files import OutputFiles
 from symkin.storage.tables import read_table
 
@@ -488,6 +491,7 @@ def evaluate(
                     measurements, loaded, columns_of(columns), ignore=ignore or ()
                 )
                 result = symkin.evaluate(loaded, measurements=measured, confidence=share)
+                result = replace(result, notes=(*result.notes, *_seen(model, measured)))
             elif robot is not None:
                 require_same_shape(robot, loaded)  # before its workspace is sampled
                 if plan is None:
@@ -505,6 +509,18 @@ def evaluate(
             if target:
                 write_result(result, telling, document, target, "evaluation")
     print_result(result, telling, out, _FILES, document)
+
+
+def _seen(model: str, measured: symkin.Measurements) -> Iterator[str]:
+    """What to know where a calibration is held against rows that it was fitted to."""
+    found, _, _ = calibrated_of(model)
+    again = () if found is None else rows_seen(found, measured)
+    if again:
+        yield (
+            f"{len(again)} of {plural(len(measured.poses), 'row')} are those that the calibration "
+            "was fitted to, at which it looks better than elsewhere; measure others, and ask "
+            "symkin accept"
+        )
 
 
 def _require_one_robot(

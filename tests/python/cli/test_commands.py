@@ -649,6 +649,17 @@ def test_an_estimate_that_no_leg_can_have_is_told_with_exit_code_1(
     assert not out.exists()
 
 
+def test_evaluate_says_where_rows_are_those_of_the_calibration(
+    symkin: Callable, protocol: Path, tmp_path: Path
+) -> None:
+    rows = (protocol / "measurements.csv").read_text().splitlines(keepends=True)
+    seen = "10 of 10 rows are those that the calibration was fitted to"
+    (tmp_path / "some.csv").write_text("".join(rows[:11]))
+    table = ("--measurements", tmp_path / "some.csv")
+    assert seen in symkin("evaluate", protocol / "calibrated.toml", *table).words
+    assert "fitted to" not in symkin("evaluate", "3RRR", *table).words
+
+
 def test_evaluate_shows_the_closures_of_measurements(symkin: Callable, protocol: Path) -> None:
     arguments = ("evaluate", "3RRR", "--measurements", protocol / "measurements.csv")
     closures = symkin(*arguments, "--json").json["evaluation"]["closures"]
