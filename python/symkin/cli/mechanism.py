@@ -385,7 +385,7 @@ def import_(
         Path,
         typer.Argument(
             metavar="FILE",
-            help="Klipper's printer.cfg of a delta, an MJCF or URDF file of symkin, or a log: of "
+            help="Klipper's printer.cfg of a delta, a model in MJCF, URDF or SDF, or a log: of "
             "Marlin, RepRapFirmware, Motive, Vicon, ROS, Maslow, JSON or Excel.",
         ),
     ],
@@ -393,7 +393,9 @@ def import_(
     beside: Annotated[
         Path | None,
         typer.Argument(
-            metavar="ENCODERS", help="Beside motion capture: what the encoders showed, with times."
+            metavar="BESIDE",
+            help="Beside motion capture: what the encoders showed, with times. Beside a model: a "
+            "TOML file of its loops.",
         ),
     ] = None,
     mechanism: Annotated[
@@ -403,7 +405,12 @@ def import_(
         str | None, option("LENGTH", "How far from the middle Marlin's G33 probed.")
     ] = None,
     body: Annotated[
-        str | None, option("NAME", "The rigid body that is the platform's; by default the first.")
+        str | None,
+        option(
+            "NAME",
+            "The body that is the platform's: of motion capture by default the first, of a model "
+            "the one called platform.",
+        ),
     ] = None,
     overwrite: OverwriteOption = False,
 ) -> None:
@@ -411,16 +418,16 @@ def import_(
 
     Of Klipper's printer.cfg, linear and rotary deltas with what SAVE_CONFIG wrote: towers, rods,
     endstops, and the heights that DELTA_CALIBRATE recorded; distances that DELTA_ANALYZE was told
-    stand behind them, as rows in pairs. Models are read if symkin wrote them. Logs
+    stand behind them, as rows in pairs. Legs of a model are declared joint by joint, unless they
+    are known chains that symkin wrote. Logs
     are known by what they hold, and become measurements.csv; what was taken of them and what was
     left is said. Last printed are the files that were written.
     """
     known = log_format_of(file)
     if known is None:
-        for name, value in (("a second file", beside), ("--mechanism", mechanism),
-                            ("--radius", radius), ("--body", body)):  # fmt: skip
+        for name, value in (("--mechanism", mechanism), ("--radius", radius)):
             refuse_unless(value is None, f"{name} goes with a log; {file} is none that is known")
-        _import_mechanism(file, out, overwrite=overwrite)
+        _import_mechanism(file, out, beside, body or "", overwrite=overwrite)
         return
     with OutputFiles([file, *([beside] if beside else [])], overwrite) as outputs:
         # A robot that is given is often beside the table, and stays.
@@ -456,11 +463,13 @@ def import_(
         say(str(out / name))
 
 
-def _import_mechanism(file: Path, out: Path, *, overwrite: bool) -> None:
+def _import_mechanism(
+    file: Path, out: Path, loops: Path | None, body: str, *, overwrite: bool
+) -> None:
     """Import what is no log: a printer's configuration, or a model."""
-    with OutputFiles([file], overwrite) as outputs:
+    with OutputFiles([file, *([loops] if loops else [])], overwrite) as outputs:
         folder = outputs.folder(out, _MECHANISM, _PROBED)
-        found = import_mechanism(file)
+        found = import_mechanism(file, loops, body=body)
         header = f"Read from {file.name}"
         symkin.save_mechanism(found.mechanism, folder / _MECHANISM, header=header)
         if found.measurements is not None:

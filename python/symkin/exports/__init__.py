@@ -7,5 +7,15 @@ writes the nearest that it can and says what is lost, as errors of the end-effec
 
 from symkin.exports.common import Loss
 from symkin.exports.exporting import FORMATS, Exported, Format, export, joint_values
+from symkin.exports.reading import Imported, import_mechanism
 
-__all__ = ["FORMATS", "Exported", "Format", "Loss", "export", "joint_values"]
+__all__ = [
+    "FORMATS",
+    "Exported",
+    "Format",
+    "Imported",
+    "Loss",
+    "export",
+    "import_mechanism",
+    "joint_values",
+]

@@ -21,6 +21,7 @@ import json
 import re
 from collections.abc import Callable, Mapping
 from functools import partial
+from typing import Any
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 import numpy as np
@@ -36,6 +37,7 @@ from symkin.model.poses import (
     POSE_SPACES,
     Transform,
     pose_rows,
+    roll_pitch_yaw,
     rotations_from_quaternions,
     transforms,
 )
@@ -337,7 +339,7 @@ def write_mjcf(mechanism: Mechanism, options: ExportOptions) -> Written:  # noqa
         _site(elements[closure.body], closure.name, closure.point, closure.turning, radius)
     _constraints(root, structure)
     _readings(root, mechanism)
-    return Written(_xml_text(root, _about(mechanism)))
+    return Written(_xml_text(root, _about(mechanism, structure)))
 
 
 def _mjcf_body(parent: Element, body: Body, radius: float) -> Element:
@@ -421,17 +423,24 @@ def write_urdf(mechanism: Mechanism, options: ExportOptions) -> Written:  # noqa
     followers = {each.joint: each for each in structure.couplings}
     for body in structure.bodies:
         _urdf_links(root, body, structure.size, followers)
-    return Written(_xml_text(root, [*_about(mechanism), *_cuts(structure)]), (_OPEN,))
+    return Written(_xml_text(root, [*_about(mechanism, structure), *_cuts(structure)]), (_OPEN,))
 
 
 def _cuts(structure: Structure) -> list[str]:
     """The joints that are not in the tree."""
     return [
         f"cut joint {each.name}, {'ball' if each.turning is None else 'fixed'}: "
-        f"point {_triple(each.point)} of {each.body} = "
-        f"point {_triple(each.platform_point)} of {each.other}"
+        f"{_cut_end(each.point, each.turning)} of {each.body} = "
+        f"{_cut_end(each.platform_point, each.other_turning)} of {each.other}"
         for each in structure.closures
     ]
+
+
+def _cut_end(point: Array, turning: Array | None) -> str:
+    """A point of a body, or a frame with its roll, pitch and yaw."""
+    if turning is None:
+        return f"point {_triple(point)}"
+    return f"frame {_triple([*point, *roll_pitch_yaw(turning)])}"
 
 
 def _urdf_links(root: Element, body: Body, size: float, followers: Mapping[str, Coupling]) -> None:
@@ -493,7 +502,7 @@ def write_sdf(mechanism: Mechanism, options: ExportOptions) -> Written:  # noqa:
         "SDF counts joints from where the model stands: joint = gain * (reading - reading at "
         f"home), readings at home: {_triple(readings).replace(' ', ', ')}."
     )
-    return Written(_xml_text(root, [*_about(mechanism), note]), _uncoupled(structure))
+    return Written(_xml_text(root, [*_about(mechanism, structure), note]), _uncoupled(structure))
 
 
 def _uncoupled(structure: Structure) -> tuple[str, ...]:
@@ -544,18 +553,22 @@ def _triple(values: ArrayLike) -> str:
 
 def _roll_pitch_yaw(frame: Transform) -> tuple[str, str]:
     """Translation, and fixed-axis angles about x, y, z, as URDF and SDF write a frame."""
-    r: NDArray[np.float64] = frame.rotation
-    level = np.hypot(r[0, 0], r[1, 0])
-    pitch = np.arctan2(-r[2, 0], level)
-    # Pitched upright, roll and yaw turn about the same line: all of it is roll then.
-    if level < 1e-12:
-        roll, yaw = np.arctan2(-r[1, 2], r[1, 1]), 0.0
-    else:
-        roll, yaw = np.arctan2(r[2, 1], r[2, 2]), np.arctan2(r[1, 0], r[0, 0])
-    return _triple(frame.translation), _triple([roll, pitch, yaw])
+    return _triple(frame.translation), _triple(roll_pitch_yaw(frame.rotation))
 
 
-def _about(mechanism: Mechanism) -> list[str]:
+def _of_declared(mechanism: Mechanism, structure: Structure) -> dict[str, Any]:
+    """What besides a reader needs of declared legs."""
+    names, free = list(mechanism.space.units), mechanism.leg_info(0).free
+    return {
+        "free": [names[each] for each in free] if mechanism.closures > 1 else [],
+        "joints": {name: np.ravel(value).tolist() for name, value in structure.home.items()},
+        "followers": {
+            each.joint: [each.followed, each.ratio, each.offset] for each in structure.couplings
+        },
+    }
+
+
+def _about(mechanism: Mechanism, structure: Structure) -> list[str]:
     """What a reader must know of any model, and what a tree cannot say, for comments."""
     # Two hyphens would end an XML comment.
     name = re.sub("-(?=-)", "- ", mechanism.name)
@@ -566,7 +579,10 @@ def _about(mechanism: Mechanism) -> list[str]:
         "working_modes": mechanism.working_modes,
         "gains": mechanism.sensor_gains.tolist(),
         "home": workspace_coordinates(mechanism, mechanism.home)[0].tolist(),
+        "readings": mechanism.inverse_kinematics(mechanism.home)[0].tolist(),
     }
+    if any(mechanism.leg_info(leg).declared for leg in range(len(mechanism.legs))):
+        known |= _of_declared(mechanism, structure)
     return [
         f'"{name}", written by symkin. Lengths are m, angles rad. Geometry is the mechanism '
         "file's; masses, radii and limits are placeholders, since nobody measured them. Each leg "

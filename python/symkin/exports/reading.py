@@ -26,6 +26,7 @@ from symkin.analysis.probing import CALIPER
 from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError
 from symkin.exports.common import MARK
+from symkin.exports.declared_reading import mechanism_of_scene
 from symkin.exports.firmware import TOWERS, LinearDelta
 from symkin.exports.printers import (
     ASSUMED,
@@ -35,6 +36,7 @@ from symkin.exports.printers import (
     printer_of,
     rotary_of,
 )
+from symkin.exports.scenes import read_scene
 from symkin.model.chains import Leg, chain_info
 from symkin.model.file_frames import point_parameters, polar
 from symkin.model.mechanism import Mechanism
@@ -89,17 +91,27 @@ class Imported(Value):
     notes: tuple[str, ...]
 
 
-def import_mechanism(path: str | os.PathLike[str]) -> Imported:
-    """Read a mechanism from Klipper's printer.cfg, or from an MJCF or URDF file of symkin.
+def import_mechanism(
+    path: str | os.PathLike[str], loops: str | os.PathLike[str] | None = None, *, body: str = ""
+) -> Imported:
+    """Read a mechanism from Klipper's printer.cfg, or from a model: MJCF, URDF or SDF.
 
-    Of a model the geometry is read from bodies and joints, so it may have been changed there. What
-    a tree cannot say (chain, working modes, gains, home) is in a comment that symkin writes; a
-    model without it is refused, and so is SDF, which places bodies at home alone.
+    Of a model the geometry is read from bodies and joints, so it may have been changed there. A
+    leg of a known chain is read as symkin writes it; any other model becomes declared legs, by its
+    tree and what closes its loops: `connect` and `weld` of MJCF, second parents of SDF, a file of
+    loops beside a URDF, or the comments that symkin writes. What cannot be a leg is named.
 
     Parameters
     ----------
     path : str or path
         The file.
+    loops : str or path, optional
+        Beside a model a TOML file: ``active``, the joints that are read; ``home``, values of
+        joints; ``free``, coordinates that can be chosen where legs bind the platform; and
+        ``[[loops]]`` with ``body``, ``point``, ``other``, ``other_point``, each a point in its
+        link's frame, and, with ``closes = "pose"``, ``rpy`` and ``other_rpy``.
+    body : str
+        The body of a model that is the platform; by default "platform".
 
     Returns
     -------
@@ -113,9 +125,11 @@ def import_mechanism(path: str | os.PathLike[str]) -> Imported:
     path = Path(path)
     data = file_bytes(path, lambda message: SymkinError(f"{path}: {message}"), _MOST_BYTES)
     if not data.lstrip().startswith(b"<"):
+        if loops is not None or body:
+            raise SymkinError(f"{path}: is no model; loops and a body belong to one")
         return _printer(path)
     try:
-        return _model(data.decode("utf-8"))
+        return _model(data.decode("utf-8"), None if loops is None else Path(loops), body)
     except (ET.ParseError, UnicodeDecodeError) as error:
         raise SymkinError(f"{path}: is neither a printer.cfg nor XML: {error}") from error
     except SymkinError as error:
@@ -124,15 +138,21 @@ def import_mechanism(path: str | os.PathLike[str]) -> Imported:
         raise SymkinError(f"{path}: is not as symkin writes such a model: {error!r}") from error
 
 
-def _model(text: str) -> Imported:
+def _is_known(said: re.Match[str] | None, root: ET.Element) -> bool:
+    """Whether a model is of known chains, as symkin writes it."""
+    if said is None or root.tag == "sdf":
+        return False
+    return "joints" not in json.loads(said[1])
+
+
+def _model(text: str, loops: Path | None, body: str) -> Imported:
     said = re.search(rf"<!-- {MARK} (\{{.*?\}}) -->", text)
     root = ET.fromstring(text)
+    if not _is_known(said, root):
+        mechanism, notes = mechanism_of_scene(read_scene(root, text, loops), body)
+        return Imported(mechanism, None, notes)
     read: dict[str, Callable[[ET.Element, str], _Tree]] = {"mujoco": _mjcf, "robot": _urdf}
-    if said is None or root.tag not in read:
-        raise SymkinError(
-            f'expected an MJCF or URDF file that symkin wrote, with a comment "{MARK} ..." above; '
-            f"a parallel robot's chain cannot be told from <{root.tag}> alone"
-        )
+    assert said is not None
     known: dict[str, Any] = json.loads(said[1])
     tree = read[root.tag](root, text)
     chains, platform = known["chain"], known["platform"]

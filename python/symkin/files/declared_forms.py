@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin.errors import SymkinError, did_you_mean
-from symkin.model.poses import PoseSpace, rotations_from_vectors
+from symkin.model.poses import PoseSpace, roll_pitch_yaw, rotations_from_vectors
 from symkin.storage.quantities import evaluate_quantity
 from symkin.storage.toml_file import TomlSource, WrongValueError
 
@@ -291,17 +291,7 @@ def _turnable(table: _Values) -> _Values:
 
 def _roll_pitch_yaw(matrix: Array) -> dict[str, str]:
     """The turn about z by yaw, then y by pitch, then x by roll that makes a rotation."""
-    sine = -matrix[2, 0]
-    if abs(sine) > 1 - 1e-12:
-        roll = np.arctan2(-matrix[0, 1] * -np.sign(sine), matrix[1, 1])
-        angles = (roll, np.arcsin(np.clip(sine, -1, 1)), 0.0)
-    else:
-        angles = (
-            np.arctan2(matrix[2, 1], matrix[2, 2]),
-            np.arcsin(sine),
-            np.arctan2(matrix[1, 0], matrix[0, 0]),
-        )
     return {
-        name: f"{float(value)!r} rad"
-        for name, value in zip(("roll", "pitch", "yaw"), angles, strict=True)
+        name: f"{value!r} rad"
+        for name, value in zip(("roll", "pitch", "yaw"), roll_pitch_yaw(matrix), strict=True)
     }

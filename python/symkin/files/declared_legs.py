@@ -24,7 +24,7 @@ from symkin.model.poses import (
 from symkin.storage.quantities import evaluate_quantity
 from symkin.storage.toml_file import Kind, TomlSource, WrongValueError, list_of, read_at
 
-__all__ = ["with_declared_chains"]
+__all__ = ["declared_leg", "with_declared_chains"]
 
 Array = NDArray[np.float64]
 _Values = dict[str, Any]
@@ -76,7 +76,7 @@ def with_declared_chains(source: TomlSource) -> TomlSource:
             given = tables[label]
             if isinstance(given, dict) and free is not None:
                 given = {"free": free, **given}
-            readings = _declared(label, given, values)
+            readings = declared_leg(label, given, values)
             names[label] = tuple(map(declare, readings))
             names |= {each.label: (each.name,) for each in readings if each.reading}
             space = POSE_SPACES[readings[0].pose_space]
@@ -165,7 +165,7 @@ def _filled(leg: _Values, chains: Sequence[str], reading: int, *, own: bool) -> 
     return given
 
 
-def _declared(label: str, table: Any, file: _Values) -> list[DeclaredChain]:
+def declared_leg(label: str, table: Any, file: _Values) -> list[DeclaredChain]:
     """The chains of a table, one for each joint that is read."""
     if not isinstance(table, dict):
         raise WrongValueError("is not a table; expected path, rods, home")

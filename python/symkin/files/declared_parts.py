@@ -171,13 +171,18 @@ class LegBuilder:
         _check_keys(raw, _LOOP_KEYS)
         start = self._up_to(raw.get("from"), "from")
         path = self._steps(raw.get("path", []), "path")
-        end = self._up_to(raw.get("to"), "to")
+        to_platform = raw.get("to") == "platform" and "platform" not in self.names
+        end = [("pose", 0)] if to_platform else self._up_to(raw.get("to"), "to")
         closes = raw.get("closes", "point")
         if closes not in ("point", "pose"):
             raise WrongValueError(f"is {closes!r}; expected 'point' or 'pose'", ("closes",))
         at = self._transform({"name": f"at_{len(self.loops)}", **_table(raw, "at")}, "at")
         compares = f"planar {closes}" if planar else closes
-        self.loops.append([[*start, *path], [*end, ("transform", at)], compares, -1, -1])
+        left, right = [*start, *path], [*end, ("transform", at)]
+        if to_platform:
+            self._need_turning(left, "base")
+            self._need_turning(right, "platform")
+        self.loops.append([left, right, compares, -1, -1])
 
     def write_turn(self, index: int, slot: str) -> None:
         """Make a turn that was found a constant of the leg."""

@@ -233,6 +233,21 @@ def vectors_from_rotations(rotations: Array) -> Array:
     return np.asarray(vectors)
 
 
+def roll_pitch_yaw(rotation: Array) -> tuple[float, float, float]:
+    """Fixed-axis angles about x, y, z of a rotation matrix, as URDF and SDF write it."""
+    r = np.asarray(rotation, dtype=np.float64)
+    level = np.hypot(r[0, 0], r[1, 0])
+    pitch = np.arctan2(-r[2, 0], level)
+    # Pitched upright, roll and yaw turn about the same line: all of it is roll then.
+    if level < 1e-12:
+        return float(np.arctan2(-r[1, 2], r[1, 1])), float(pitch), 0.0
+    return (
+        float(np.arctan2(r[2, 1], r[2, 2])),
+        float(pitch),
+        float(np.arctan2(r[1, 0], r[0, 0])),
+    )
+
+
 def rotations_from_quaternions(quaternions: Array) -> Array:
     """Rotation matrices (N, 3, 3) of unit quaternions (x, y, z, w), shape (N, 4)."""
     x, y, z, w = _shaped("quaternions", quaternions, 4).T

@@ -217,8 +217,8 @@ def test_geometry_that_is_changed_in_a_model_is_read(made: Callable, tmp_path: P
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("<mujoco><worldbody/></mujoco>", "that symkin wrote"),
-        ("<robot name='arm'/>", "cannot be told from <robot> alone"),
+        ("<mujoco><worldbody/></mujoco>", 'no body "platform"'),
+        ("<robot name='arm'/>", "0 links without a parent"),
         ("<sdf", "is neither a printer.cfg nor XML"),
         ('<!-- symkin: {"chain": "[R]RR"} --><mujoco/>', "not as symkin writes"),
     ],

@@ -1,0 +1,235 @@
+# SPDX-License-Identifier: MIT
+"""Models for simulators read as declared legs: those that symkin writes, and others'."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import symkin
+from symkin.errors import SymkinError
+from symkin.exports import import_mechanism
+from symkin.planning.simulation import disturb
+
+FOLDER = Path(__file__).parents[3] / "mechanisms" / "declared"
+NAMES = ["3UPU", "3RRR_four_bar", "cables4", "gough_imperfect", "h4", "orthoglide", "tripteron"]
+
+
+@pytest.mark.parametrize("kind", ["mjcf", "urdf", "sdf"])
+@pytest.mark.parametrize("name", NAMES)
+def test_what_is_written_is_read_as_the_same_mechanism(
+    name: str, kind: str, tmp_path: Path
+) -> None:
+    mechanism = symkin.load_mechanism(FOLDER / f"{name}.toml")
+    robots = [mechanism]
+    if mechanism.closures == 1:  # made with errors, which bind no platform
+        robots.append(disturb(mechanism, seed=1).replace(symmetry=None))
+    poses = symkin.sample_workspace(mechanism, 6, seed=1).poses
+    for robot in robots:
+        path = tmp_path / f"robot.{kind}"
+        path.write_text(symkin.export(robot, kind).text)
+        read = import_mechanism(path).mechanism
+        readings = robot.inverse_kinematics(poses)
+        np.testing.assert_allclose(read.inverse_kinematics(poses), readings, atol=1e-12)
+        assert (read.pose_space, read.closures, read.free) == (
+            robot.pose_space, robot.closures, robot.free,
+        )  # fmt: skip
+        if not mechanism.open_coordinates:
+            back, reached = read.forward_kinematics(readings)
+            assert reached.all()
+            np.testing.assert_allclose(back, poses, atol=1e-9)
+        if kind != "mjcf":
+            continue
+        # The file that is written of it, and the model of that, are the same again.
+        saved = tmp_path / "read.toml"
+        symkin.save_mechanism(read, saved, overwrite=True)
+        path.write_text(symkin.export(symkin.load_mechanism(saved), kind).text)
+        again = import_mechanism(path).mechanism
+        np.testing.assert_allclose(again.inverse_kinematics(poses), readings, atol=1e-12)
+
+
+def crank_and_rod(robot: symkin.Mechanism, leg: int) -> tuple[np.ndarray, float, float]:
+    """Base point, and directions of crank and rod at home, of a leg of the paper's 3-RRR."""
+    own = robot.legs[leg].parameters
+    crank = float(robot.inverse_kinematics(robot.home)[0, leg]) + own["sensor_offset"]
+
+    def rho(angle: float) -> np.ndarray:
+        return np.array([np.cos(angle), np.sin(angle)])
+
+    base = own["base_radius"] * rho(own["base_angle"])
+    rod = own["platform_radius"] * rho(own["platform_angle"]) - base
+    rod = rod - own["proximal_length"] * rho(crank)
+    return base, np.degrees(crank), np.degrees(np.arctan2(rod[1], rod[0]))
+
+
+def others_model(robot: symkin.Mechanism) -> str:
+    """A 3-RRR as others write one: drawn at home, in degrees, its platform on the first leg."""
+    legs, loops, motors = [], [], []
+    for leg in range(3):
+        base, crank, rod = crank_and_rod(robot, leg)
+        x, y = -robot.legs[leg].parameters["platform_radius"] * np.array(
+            [np.cos(a := robot.legs[leg].parameters["platform_angle"]), np.sin(a)]
+        )
+        turn = np.radians(-rod)
+        held = (
+            f'<body name="ee" pos="{1.5 + x * np.cos(turn) - y * np.sin(turn)!s} '
+            f'{x * np.sin(turn) + y * np.cos(turn)!s} 0" euler="0 0 {-rod!s}">'
+            f'<joint name="wrist" pos="{-x!s} {-y!s} 0" axis="0 0 -1"/></body>'
+        )
+        legs.append(
+            f'<body name="a{leg}" pos="{base[0]!s} {base[1]!s} 0.1" euler="0 0 {crank!s}">'
+            f'<joint name="m{leg}" type="hinge" axis="0 0 {-1 if leg == 1 else 1}"/>'
+            f'<body name="b{leg}" pos="1.5 0 0" euler="0 0 {rod - crank!s}"><joint name="e{leg}"/>'
+            f"{held if leg == 0 else ''}</body></body>"
+        )
+        motors.append(f'<motor joint="m{leg}"/>')
+        if leg:
+            loops.append(f'<connect body1="b{leg}" body2="ee" anchor="1.5 0 0"/>')
+    return (
+        f'<mujoco model="other"><worldbody>{"".join(legs)}</worldbody>'
+        f"<equality>{''.join(loops)}</equality><actuator>{''.join(motors)}</actuator></mujoco>"
+    )
+
+
+@pytest.fixture
+def paper_model(tmp_path: Path) -> Path:
+    path = tmp_path / "other.xml"
+    path.write_text(others_model(symkin.load_mechanism("3RRR")))
+    return path
+
+
+def test_a_robot_with_its_platform_on_a_leg_is_read_by_its_motors(paper_model: Path) -> None:
+    paper = symkin.load_mechanism("3RRR")
+    text = paper_model.read_text()
+    paper_model.write_text(text.replace('name="m2"', 'name="m2" ref="20"'))
+    read = import_mechanism(paper_model, body="ee").mechanism
+    assert read.pose_space == "planar"
+    poses = symkin.sample_workspace(paper, 20, seed=1).poses
+    ways = paper.inverse_kinematics(poses) - paper.inverse_kinematics(paper.home)
+    np.testing.assert_allclose(
+        read.inverse_kinematics(poses) * [1, -1, 1] - [0, 0, np.radians(20)],
+        np.arctan2(np.sin(ways), np.cos(ways)),
+        atol=1e-12,
+    )  # fmt: skip
+
+
+DELTA = """<mujoco model="delta"><compiler angle="radian"/><worldbody>
+<body name="platform" pos="0 0 0.1">
+  <joint name="x" type="slide" axis="1 0 0"/><joint name="y" type="slide" axis="0 1 0"/>
+  <joint name="z" type="slide" axis="0 0 1"/>
+</body>{legs}</worldbody><equality>{loops}</equality><sensor>{sensors}</sensor></mujoco>"""
+
+
+def test_rods_between_balls_are_distances(tmp_path: Path) -> None:
+    delta = symkin.load_mechanism("linear_delta")
+    legs, loops, sensors = [], [], []
+    height = 0.1
+    for leg, each in enumerate(delta.legs):
+        own = each.parameters
+        x, y = own["base_radius"] * np.array(
+            [np.cos(own["base_azimuth"]), np.sin(own["base_azimuth"])]
+        )
+        up = height + np.sqrt(own["distal_length"] ** 2 - x**2 - y**2)
+        legs.append(
+            f'<body name="c{leg}" pos="{x!s} {y!s} {up!s}"><joint name="q{leg}" type="slide"/>'
+            f'<body name="r{leg}"><joint name="ball{leg}" type="ball"/></body></body>'
+        )
+        loops.append(f'<connect body1="r{leg}" body2="platform" anchor="{-x!s} {-y!s} '
+                     f'{height - up!s}"/>')  # fmt: skip
+        sensors.append(f'<jointpos joint="q{leg}"/>')
+    path = tmp_path / "delta.xml"
+    path.write_text(
+        DELTA.format(legs="".join(legs), loops="".join(loops), sensors="".join(sensors))
+    )
+    read = import_mechanism(path).mechanism
+    assert read.pose_space == "translating"
+    poses = symkin.sample_workspace(delta, 20, seed=1).poses
+    here = delta.inverse_kinematics(poses)
+    np.testing.assert_allclose(
+        np.diff(read.inverse_kinematics(poses), axis=0), np.diff(here, axis=0), atol=1e-12
+    )
+    assert read.leg_info(0).runs_as == "[P]US"
+
+
+LINKS = """<robot name="five">{links}
+<joint name="x" type="prismatic"><parent link="base"/><child link="slide"/>
+  <axis xyz="1 0 0"/></joint>
+<joint name="y" type="prismatic"><parent link="slide"/><child link="platform"/>
+  <axis xyz="0 1 0"/></joint>{joints}</robot>"""
+HINGE = """<joint name="{0}" type="revolute"><parent link="{1}"/><child link="{2}"/>
+  <origin xyz="{3} 0 0" rpy="0 0 {4}"/><axis xyz="0 0 1"/></joint>"""
+LOOPS = """active = ["j1", "j2"]
+home = {{ y = 0.5 }}
+[[loops]]
+body = "rod1"
+point = [{0}, 0, 0]
+other = "platform"
+[[loops]]
+body = "platform"
+other = "rod2"
+other_point = [{0}, 0, 0]
+"""
+
+
+def five_bar(folder: Path) -> tuple[Path, Path, float]:
+    """Drawn at home, (0, 0.5) m, with cranks of 0.3 m on bases at -0.3 and 0.3 m."""
+    joints, names = "", ["base", "slide", "platform"]
+    for leg, (base, crank) in enumerate(((-0.3, 1.8), (0.3, np.pi - 1.8)), 1):
+        elbow = np.array([base + 0.3 * np.cos(crank), 0.3 * np.sin(crank)])
+        x, y = np.array([0.0, 0.5]) - elbow
+        joints += HINGE.format(f"j{leg}", "base", f"crank{leg}", base, crank)
+        turned = np.arctan2(y, x) - crank
+        joints += HINGE.format(f"e{leg}", f"crank{leg}", f"rod{leg}", 0.3, turned)
+        names += [f"crank{leg}", f"rod{leg}"]
+    rod = float(np.hypot(x, y))
+    model, loops = folder / "five.urdf", folder / "loops.toml"
+    model.write_text(
+        LINKS.format(links="".join(f'<link name="{each}"/>' for each in names), joints=joints)
+    )
+    loops.write_text(LOOPS.format(rod))
+    return model, loops, rod
+
+
+def test_loops_of_a_urdf_stand_in_a_file_beside_it(tmp_path: Path) -> None:
+    model, loops, rod = five_bar(tmp_path)
+    read = import_mechanism(model, loops).mechanism
+    assert read.pose_space == "point"
+    poses = symkin.sample_workspace(read, 10, seed=1).poses
+    for base, crank, ways in zip(
+        (-0.3, 0.3), (1.8, np.pi - 1.8), read.inverse_kinematics(poses).T, strict=True
+    ):
+        elbows = np.column_stack([np.cos(crank + ways), np.sin(crank + ways)]) * 0.3 + [base, 0]
+        np.testing.assert_allclose(np.linalg.norm(poses - elbows, axis=1), rod, atol=1e-12)
+    loops.write_text(loops.read_text().replace('"rod1"', '"rod3"'))
+    with pytest.raises(SymkinError, match=r"loops.toml:4: loops\[1\].body: is 'rod3', no link"):
+        import_mechanism(model, loops)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ('<motor joint="m1"/>', "", "no joint is read"),
+        ('<motor joint="m1"/>', '<motor joint="m9"/>', 'joint "m9", which it has not'),
+        ('name="e0"', 'name="e0" type="ball"', 'ball joint "e0" within a leg'),
+        ("<equality>", "<equality><tendon/>", "equality <tendon>"),
+        ('axis="0 0 1"', 'axis="0 0 0"', "axis 0"),
+        ('pos="1.5 0 0"', 'pos="1.5 0"', 'has "1.5 0"; expected 3 numbers'),
+        ("<worldbody>", "<default><joint/></default><worldbody>", "written out"),
+        ('body1="b1" body2="ee"', 'body1="b1" body2="a1"', "do not hold the platform"),
+    ],
+)
+def test_what_is_not_understood_is_named(paper_model: Path, old: str, new: str, says: str) -> None:
+    text = paper_model.read_text()
+    assert old in text
+    paper_model.write_text(text.replace(old, new, 1))
+    with pytest.raises(SymkinError) as caught:
+        import_mechanism(paper_model, body="ee")
+    assert says in str(caught.value)
+    assert str(paper_model) in str(caught.value)
+
+
+def test_the_platform_is_a_body_of_the_model(paper_model: Path) -> None:
+    with pytest.raises(SymkinError, match=r'no body "platform".*it has a0, b0, ee'):
+        import_mechanism(paper_model)
