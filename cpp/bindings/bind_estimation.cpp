@@ -88,9 +88,9 @@ using Rows = py::array_t<double, py::array::c_style>;
 using Sets = py::array_t<symkin::Index, py::array::c_style>;
 using Ties = std::vector<std::tuple<symkin::Index, symkin::Index, double>>;  // symkin::Tie
 
-symkin::Layout layout_of(std::vector<symkin::Index> column, symkin::Vector prior,
-                         const Ties& ties) {
-  symkin::Layout layout{std::move(column), std::move(prior)};
+symkin::Layout layout_of(std::vector<symkin::Index> column, symkin::Vector prior, const Ties& ties,
+                         symkin::RowMatrix relations = {}) {
+  symkin::Layout layout{std::move(column), std::move(prior), {}, std::move(relations)};
   for (const auto& [scalar, moves_with, factor] : ties) {
     layout.ties.push_back({scalar, moves_with, factor});
   }
@@ -414,8 +414,10 @@ void bind_joint(py::module_& module) {
       [](const symkin::Mechanism& mechanism, const Setup& setup, const Observations& observations,
          std::vector<symkin::Index> column, symkin::Vector prior, const std::string& loss,
          double loss_scale, double loss_spread, int max_iterations, bool nearest,
-         symkin::Vector tolerances, symkin::RowMatrix start, bool rows, const Ties& ties) {
-        const symkin::Layout layout = layout_of(std::move(column), std::move(prior), ties);
+         symkin::Vector tolerances, symkin::RowMatrix start, bool rows, const Ties& ties,
+         symkin::RowMatrix relations) {
+        const symkin::Layout layout =
+            layout_of(std::move(column), std::move(prior), ties, std::move(relations));
         symkin::RobustLoss robust = symkin::loss_named(loss, loss_scale);
         robust.spread = loss_spread;
         const JointOptions options{robust,
@@ -429,7 +431,8 @@ void bind_joint(py::module_& module) {
       py::arg("mechanism"), py::arg("setup"), py::arg("observations"), py::arg("column"),
       py::arg("prior"), py::arg("loss"), py::arg("loss_scale"), py::arg("loss_spread"),
       py::arg("max_iterations"), py::arg("nearest"), py::arg("tolerances"), py::arg("start"),
-      py::arg("rows") = true, py::arg("ties") = Ties(), ReleaseGil());
+      py::arg("rows") = true, py::arg("ties") = Ties(), py::arg("relations") = symkin::RowMatrix(),
+      ReleaseGil());
   module.def("left_unexplained", &symkin::left_unexplained, py::arg("mechanism"), py::arg("setup"),
              py::arg("observations"), py::arg("poses"), py::arg("pose"), ReleaseGil());
 }

@@ -26,14 +26,15 @@ constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 
 // What the poses show, their variance so many times as large and weighted by the loss, and the
 // priors with them if they are to count.
-LinearFit shown_by(const LatentProblem& problem, const Vector& priors, const Vector& scale,
+LinearFit shown_by(const LatentProblem& problem, const Layout& layout, const Vector& scale,
                    double factor = 1, bool with_priors = true, bool by_rows = false) {
-  const Vector precisions = priors.cwiseAbs2().cwiseInverse();
   RowMatrix square = problem.information();
   if (factor != 1 || !with_priors) {
-    square.diagonal() -= precisions;
-    square /= factor;
-    square.diagonal() += (with_priors ? 1 : 0) * precisions;
+    const RowMatrix priors = problem.prior_information();
+    square = (square - priors) / factor;
+    if (with_priors) {
+      square += priors;
+    }
   }
   const auto rows = [&] {
     WhitenedSystem system = problem.system();
@@ -45,10 +46,26 @@ LinearFit shown_by(const LatentProblem& problem, const Vector& priors, const Vec
             std::sqrt(problem.weights()[pose] / factor);
       }
     }
-    const Index below = with_priors ? priors.array().isFinite().count() : 0;
+    const Index below = with_priors ? layout.prior_rows().rows() : 0;
     return RowMatrix(system.jacobian.topRows(system.rows() + below));
   };
   return {std::move(square), scale, rows, by_rows};
+}
+
+// How many directions of the columns the priors hold: they may say the same more than once.
+Index prior_rank(const Layout& layout) {
+  std::vector<Index> others;  // columns without a prior of their own
+  for (Index i = 0; i < layout.columns(); ++i) {
+    if (!std::isfinite(layout.prior[i])) {
+      others.push_back(i);
+    }
+  }
+  const Index own = layout.columns() - static_cast<Index>(others.size());
+  if (layout.relations.rows() == 0 || others.empty()) {
+    return own;
+  }
+  const RowMatrix rest = layout.relations(kAll, others);
+  return own + LinearFit(rest, Vector::Ones(rest.rows())).rank();
 }
 
 // Rows A with A z = 0 for what is nearest to the start among z + N a: N' W z = 0. `unseen` is in
@@ -180,23 +197,22 @@ double judge(Index rank, Index priors, BlockLosses& losses, JointFit& fit) {
 // What is said of ranks and covariances at the problem's present state.
 void determine(const LatentProblem& problem, const Layout& layout, const Vector& tolerances,
                const Vector& scale, BlockLosses& losses, JointFit& fit) {
-  const Vector& priors = layout.prior;
   const Index columns = layout.columns();
-  const Index prior_count = priors.array().isFinite().count();
-  const LinearFit all = shown_by(problem, priors, scale, 1, true, true);
+  const Index priors = prior_rank(layout);
+  const LinearFit all = shown_by(problem, layout, scale, 1, true, true);
   RowMatrix unseen = all.unseen();
-  if (prior_count > 0) {
-    unseen = shown_by(problem, priors, scale, 1, false).unseen();
+  if (priors > 0) {
+    unseen = shown_by(problem, layout, scale, 1, false).unseen();
   }
   fit.rank = all.rank();
   fit.gauge_directions = columns - fit.rank;
   fit.data_rank = columns - unseen.cols();
   fit.unseen = unseen.cols() > 0 ? named_directions(unseen, Vector::Ones(columns)) : unseen;
-  const double factor = judge(fit.rank, prior_count, losses, fit);
+  const double factor = judge(fit.rank, priors, losses, fit);
   const RowMatrix held = nearest_to_start(all.unseen(), tolerances, scale);
   fit.covariance = fit.model_covariance = all.covariance(held);
   if (factor != 1) {
-    fit.covariance = shown_by(problem, priors, scale, factor).covariance(held);
+    fit.covariance = shown_by(problem, layout, scale, factor).covariance(held);
   }
 }
 
@@ -281,7 +297,7 @@ class JointSolver {
 
 bool JointSolver::hold_unseen() {
   const bool refuse = options_->gauge == Gauge::refuse;
-  const LinearFit shown = shown_by(*problem_, layout_->prior, scale_, 1, true, !refuse);
+  const LinearFit shown = shown_by(*problem_, *layout_, scale_, 1, true, !refuse);
   if (refuse) {
     require_all(shown);
   }
@@ -312,7 +328,7 @@ bool JointSolver::look_at_start(NormalEquations& at_start) {
   away.step(scale_.unaryExpr([&](double size) { return size * random.normal(); }));
   NormalEquations there;
   if (away.linearise(there)) {
-    require_all(shown_by(away, layout_->prior, scale_));
+    require_all(shown_by(away, *layout_, scale_));
   }
   return true;
 }

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "symkin/model/sensor.hpp"
+#include "symkin/support/dense.hpp"
 #include "symkin/support/error.hpp"
 
 namespace symkin {
@@ -202,6 +203,28 @@ bool Layout::is_free(Index scalar) const {
                      [scalar](const Tie& tie) { return tie.scalar == scalar; });
 }
 
+RowMatrix Layout::prior_rows() const {
+  const Index own = prior.array().isFinite().count();
+  RowMatrix rows = RowMatrix::Zero(own + relations.rows(), columns());
+  for (Index i = 0, row = 0; i < columns(); ++i) {
+    if (std::isfinite(prior[i])) {
+      rows(row++, i) = 1 / prior[i];
+    }
+  }
+  if (relations.rows() > 0) {
+    rows.bottomRows(relations.rows()) = relations;
+  }
+  return rows;
+}
+
+RowMatrix Layout::prior_information() const {
+  RowMatrix square = prior.cwiseAbs2().cwiseInverse().asDiagonal();
+  if (relations.rows() > 0) {
+    square += product(relations.transpose(), relations);
+  }
+  return square;
+}
+
 void Layout::check(const Mechanism& mechanism, const Setup& setup) const {
   const std::vector<std::string> names = unknown_names(mechanism, setup);
   if (column.size() != names.size()) {
@@ -248,6 +271,11 @@ void Layout::check(const Mechanism& mechanism, const Setup& setup) const {
   }
   if (!(prior.array() > 0).all()) {
     throw InvalidInput("a prior's standard deviation is not positive");
+  }
+  if ((relations.size() > 0 && relations.cols() != columns()) || !relations.allFinite()) {
+    throw InvalidInput("priors of several columns are " + std::to_string(relations.rows()) + " x " +
+                       std::to_string(relations.cols()) + "; expected finite rows of " +
+                       std::to_string(columns()));
   }
 }
 

@@ -111,8 +111,14 @@ struct Layout {
   std::vector<Index> column;   // of each scalar of the UnknownList; -1: none of its own
   Vector prior;                // a column: standard deviation about the start, infinite: none
   std::vector<Tie> ties = {};  // of scalars without a column of their own, one a term
+  // Priors of several columns together, such as of their difference: these rows, k x columns, times
+  // the change since the start are independent and standard normal. None: 0 x 0.
+  RowMatrix relations = {};
   Index columns() const { return prior.size(); }
   bool is_free(Index scalar) const;
+  // All priors as such rows, those of one column first; and the squares of these.
+  RowMatrix prior_rows() const;
+  RowMatrix prior_information() const;
 
   // Every estimated parameter of every leg, leg by leg, without priors; all else is held.
   static Layout of_all_parameters(const Mechanism& mechanism, const Setup& setup);

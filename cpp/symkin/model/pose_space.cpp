@@ -85,6 +85,10 @@ void pose_difference(PoseSpace space, const double* to, const double* from, doub
   }
 }
 
+Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& rotation) {
+  return to_rotation_vector(Eigen::Quaterniond(rotation).normalized());
+}
+
 Eigen::Matrix3d left_jacobian(const Eigen::Vector3d& w) {
   const double angle = w.norm();
   Eigen::Matrix3d cross;

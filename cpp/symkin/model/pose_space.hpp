@@ -38,6 +38,9 @@ void move_pose(PoseSpace space, const double* step, double* pose);
 // The tangent vector that moves `from` to `to`; orientations differ by the shortest rotation.
 void pose_difference(PoseSpace space, const double* to, const double* from, double* difference);
 
+// The rotation vector of the shortest rotation: rotation_of() the other way round.
+Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& rotation);
+
 // Left Jacobian of the rotation vector w: exp(w + J^-1 d) = exp(d) exp(w) to first order.
 Eigen::Matrix3d left_jacobian(const Eigen::Vector3d& w);
 

@@ -15,6 +15,7 @@ __all__ = ["LIMIT", "DrawingConflict", "after_priors", "conflict_of"]
 
 Array = NDArray[np.float64]
 
+_RANK = 1e-9  # of the largest singular value
 LIMIT = 5e-4  # share of sound robots that are doubted for being too far, and for being too near
 
 
@@ -54,12 +55,24 @@ class DrawingConflict(Value):
         return max(1.0, self.ratio)
 
 
-def conflict_of(change: Array, covariance: Array, priors: Array) -> DrawingConflict | None:
+def conflict_of(
+    change: Array, covariance: Array, priors: Array, relations: Array | None = None
+) -> DrawingConflict | None:
     """Compare the change of unknowns from the drawing with their priors' standard deviations.
 
     An unknown without a prior, infinite, takes no part. None if none is left, or nothing of them is
-    known.
+    known. `relations` (k, unknowns) are rows that priors make standard normal besides.
     """
+    if relations is not None and len(relations):
+        # In combinations of which the priors say that they are independent and standard normal.
+        own = np.isfinite(priors) & (priors > 0)
+        rows = np.vstack([(np.eye(len(change)) / np.where(own, priors, 1.0))[own], relations])
+        sizes = 1 / np.linalg.norm(rows, axis=0).clip(min=1e-300)
+        _, singular, right = np.linalg.svd(rows * sizes, full_matrices=False)
+        shown = singular > _RANK * singular[0]
+        whitened = singular[shown, None] * right[shown] / sizes
+        change, covariance = whitened @ change, whitened @ covariance @ whitened.T
+        priors = np.ones(len(change))
     kept = np.isfinite(priors) & (priors > 0)
     inner = covariance[np.ix_(kept, kept)]
     if not kept.any() or not np.isfinite(inner).all() or not np.isfinite(change[kept]).all():

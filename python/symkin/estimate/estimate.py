@@ -107,6 +107,8 @@ class Estimate(Examined[M], FolderResult):
     assumed : tuple of Assumed
         What was declared of what is held or assumed (`identify`'s `assume`), and how far it moves
         the estimates; `covariance` contains it, `observed_covariance` does not.
+    relations : ndarray
+        Priors of several unknowns together, as `prior_rows` has all of them.
     session_noise : tuple of float
         Times the declared noise, of each session in the order of their numbers, if that was asked
         for; `measurements` have these deviations then.

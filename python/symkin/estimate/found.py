@@ -209,6 +209,14 @@ class Found(Value, Generic[M]):
     conflict_factor: float = 1.0
     assumed: tuple[Assumed, ...] = ()
     session_noise: tuple[float, ...] = ()
+    relations: Array = field(private=True, default_factory=lambda: np.zeros((0, 0)))
+
+    @property
+    def prior_rows(self) -> Array:
+        """Rows that the priors make of the unknowns' changes independent and standard normal."""
+        priors = np.array([each.prior for each in self.first_unknowns])
+        own = np.diag(np.nan_to_num(1 / priors))[np.isfinite(priors)]
+        return np.vstack([own, self.relations]) if len(self.relations) else own
 
     @property
     def noise_is_estimated(self) -> bool:

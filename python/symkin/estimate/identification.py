@@ -114,7 +114,8 @@ def identify(
         Equations of the legs' parameters: ``leg1.distal_length = leg2.distal_length``, with factors
         and sums (``leg1.a + leg1.b = 0.4 m``), or ``distal_length by role`` for what a symmetry
         carries onto each other. Parameters that are equal, or multiples, are one
-        draw of the workshop, with one tolerance; of a sum that is stated all keep theirs.
+        draw of the workshop, with one prior; of a sum that was measured all keep theirs. Behind it
+        ``, one draw`` or ``, measured`` says which, and ``within 10 um`` that it holds nearly.
     prior : "tolerances", or mapping of str to float or str, optional
         Standard deviations about the drawing: the tolerances of everything unknown that has one, or
         one for each pattern, in SI units or as an expression (``"0.1 mm"``).

@@ -206,8 +206,8 @@ class Expected(Value):
         budget = _budget(found, effects, known)
         held, survey = None, dataclasses.replace(survey, assumed=())
         if found.gauge and found.options.gauge == "prior":
-            priors = survey.layout.with_prior("tolerances").prior
-            survey = dataclasses.replace(survey, priors=priors)
+            layout = survey.layout.with_prior("tolerances")
+            survey = dataclasses.replace(survey, layout=layout, priors=layout.prior)
         if np.isfinite(survey.priors).any():
             silent = survey.held(poses, found.model_covariance)
             held = dataclasses.replace(
@@ -558,7 +558,15 @@ def _prior_covariance(found: Found) -> Array:
     known = [
         each.prior if np.isfinite(each.prior) else each.tolerance for each in found.first_unknowns
     ]
-    return np.diag(np.nan_to_num(np.array(known)) ** 2)
+    diagonal = np.diag(np.nan_to_num(np.array(known)) ** 2)
+    if not len(found.relations):
+        return diagonal
+    # As if each of them were measured beside these, one by one.
+    rows = found.relations
+    across = diagonal @ rows.T
+    return np.asarray(
+        diagonal - across @ np.linalg.solve(rows @ across + np.eye(len(rows)), across.T)
+    )
 
 
 def _size_effects(found: Found, places: Array) -> tuple[Array, float] | None:

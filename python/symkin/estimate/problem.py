@@ -167,7 +167,8 @@ class Problem:
         layout = (lay_out or layout_of)(straight, setup, options, readings, covariates)
         noise = options.declared(mechanism.noise)
         made = cls(straight, setup, layout, measurements, noise, options, covariates)
-        return (made if marked else made._with_frames())._tied()
+        made = made if marked else made._with_frames()
+        return made._moved(layout.shift)
 
     @cached_property
     def observations(self) -> _core.Observations:
@@ -234,9 +235,9 @@ class Problem:
             return self
         return self._with_posed_frames(base, target)
 
-    def _tied(self) -> Problem:
-        """Start parameters where ties hold that the drawing breaks."""
-        shift, setup = self.layout.shift, self.setup
+    def _moved(self, shift: Array) -> Problem:
+        """Start the scalars elsewhere, as where ties hold that the drawing breaks."""
+        setup = self.setup
         if not shift.any():
             return self
         legs, count = setup.parameters.shape
@@ -379,6 +380,7 @@ class Problem:
                 tolerances,
                 start,
                 ties=list(layout.ties),
+                relations=layout.relations,
             )
         except NotIdentifiableError as error:
             scale = np.where(tolerances > 0, tolerances, 1e-3)
@@ -390,8 +392,10 @@ class Problem:
         return self.options.loss_scale or usual
 
     def with_layout(self, layout: Layout) -> Problem:
-        """Return it with other unknowns."""
-        return dataclasses.replace(self, layout=layout)
+        """Return it with other unknowns or priors, from where these have them start."""
+        made = dataclasses.replace(self, layout=layout)
+        same = layout.scalars == self.layout.scalars
+        return made._moved(layout.shift - self.layout.shift) if same else made
 
     def resolved(self) -> tuple[Problem, _core.JointFit, str]:
         """Fit under the gauge that was asked for; says what it did."""
@@ -584,7 +588,7 @@ def _datum(fit: _core.JointFit, layout: Layout) -> list[int]:
     scale = np.where(tolerances > 0, tolerances, 1e-3)
     unseen = np.asarray(fit.unseen)
     # Directions that a prior sees are settled.
-    seen = unseen / np.where(np.isfinite(layout.prior), layout.prior / scale, np.inf)[:, None]
+    seen = layout.prior_rows @ (scale[:, None] * unseen)
     _, values, vectors = np.linalg.svd(seen)
     silent = np.pad(values, (0, vectors.shape[0] - len(values))) < UNSEEN
     left = unseen @ vectors[silent].T

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import SymkinError, did_you_mean
+from symkin.estimate.ties import ONE_DRAW, meaning_of
 from symkin.model.mechanism import Mechanism
 from symkin.model.symmetry.roles import RoleImage, role_images
 from symkin.model.tolerances import parameter_tolerances
@@ -61,10 +62,14 @@ def followers_by_role(
 
 def written_tie(mechanism: Mechanism, text: str) -> tuple[str, ...]:
     """Return a tie as it is, or those that ``base_angle by role`` stands for."""
-    name = text.strip().removesuffix(_BY_ROLE)
-    if "=" in text or name == text.strip():
+    stated, meaning = meaning_of(text)
+    name = stated.removesuffix(_BY_ROLE)
+    if "=" in stated or name == stated:
         return (text,)
-    return ties_by_role(mechanism, name.strip())
+    # One draw of the workshop, whatever stands between the legs.
+    meaning = meaning or ONE_DRAW
+    space = "" if meaning.startswith(",") else " "
+    return tuple(f"{each}{space}{meaning}" for each in ties_by_role(mechanism, name.strip()))
 
 
 def ties_by_role(mechanism: Mechanism, name: str) -> tuple[str, ...]:

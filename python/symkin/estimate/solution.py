@@ -91,6 +91,7 @@ def together(mechanism: Mechanism, measurements: Measurements, options: Estimate
         conflict_factor=known.conflict_factor,
         assumed=tuple(replace(each, moves=each.moves * signs) for each in assumed),
         session_noise=session_noise,
+        relations=layout.relations * signs,
     )
 
 
@@ -114,10 +115,11 @@ class _Known(NamedTuple):
             noise = fit.goodness.chi_square / fit.goodness.degrees_of_freedom
         told = held = None
         if fit.converged and not fit.gauge_directions:
-            held = conflict_of(fit.change, model, layout.prior)
+            held = conflict_of(fit.change, model, layout.prior, layout.relations)
             known = model * noise if held is None else model
             told = conflict_of(
-                *after_priors(fit.change, known, layout.prior, layout.column_tolerances)
+                *after_priors(fit.change, known, layout.prior, layout.column_tolerances),
+                layout.relations,
             )
         factor = held.variance_factor if held else 1.0
         return cls(model, model * max(noise, factor), told, noise, factor)

@@ -275,12 +275,12 @@ class Survey(Value):
     @property
     def scale(self) -> Array:
         """A typical size of each unknown: its tolerance, else its prior, else a small one."""
-        return typical_sizes(dataclasses.replace(self.layout, prior=self.priors))
+        return typical_sizes(self.layout)
 
     @property
     def prior_information(self) -> Array:
         """What the priors say, as an information matrix."""
-        return np.diag(self.priors**-2.0)
+        return self.layout.prior_information
 
     def rows(self, poses: Array, read: NDArray[np.bool_] | None = None) -> Array:
         """Rows that the observations bring at poses, shape (n, r, unknowns).
@@ -374,9 +374,8 @@ class Survey(Value):
         )
         places = np.concatenate([each for _, each in parts])
         touched = np.full(len(places), "height" in self.observed.kinds)
-        layout = dataclasses.replace(self.layout, prior=self.priors)
         values = scalar_values(self._setup)
-        found = moved_by(declared, layout, rows, values, places, touched)
+        found = moved_by(declared, self.layout, rows, values, places, touched)
         return dataclasses.replace(self, assumed=found)
 
     def covariance(self, rows: Sequence[Array]) -> Array:
@@ -404,7 +403,7 @@ class Survey(Value):
 
     def _half(self, rows: Sequence[Array]) -> Array:
         """Root H of the covariance H H' that rows and priors promise, see `covariance`."""
-        values, vectors = self._decomposed([*rows, np.diag(1 / self.priors)[None]])
+        values, vectors = self._decomposed([*rows, self.layout.prior_rows[None]])
         if len(values) < len(vectors):
             raise NotIdentifiableError(
                 f"the plan's poses do not show all of the {len(vectors)} unknowns (not shown, in "
@@ -424,13 +423,17 @@ class Survey(Value):
         a tenth smaller than before.
         """
         known = np.flatnonzero(np.isfinite(self.priors))
-        units = self.priors[known]
-        shares, vectors = np.linalg.eigh(covariance[np.ix_(known, known)] / np.outer(units, units))
+        rows = self.layout.prior_rows
+        rows = rows[(rows != 0)[:, np.setdiff1d(np.arange(rows.shape[1]), known)].sum(axis=1) == 0]
+        # A root of their covariance before; without relations the priors' deviations.
+        units = np.linalg.inv(np.linalg.cholesky(rows[:, known].T @ rows[:, known])).T
+        back = np.linalg.inv(units)
+        shares, vectors = np.linalg.eigh(back @ covariance[np.ix_(known, known)] @ back.T)
         kept = shares > SILENT**2
         # What goes with each of these, which are independent of the other combinations.
-        moves = (covariance[:, known] / units) @ vectors[:, kept] / np.sqrt(shares[kept])
+        moves = covariance[:, known] @ back.T @ vectors[:, kept] / np.sqrt(shares[kept])
         named = np.zeros((int(kept.sum()), len(self.scale)))
-        named[:, known] = (vectors[:, kept] * (units / self.scale[known])[:, None]).T
+        named[:, known] = (units @ vectors[:, kept] / self.scale[known, None]).T
         expected = self.expected(workspace, moves @ moves.T)
         return HeldByPriors(self._named(named), expected.position, expected.orientation)
 

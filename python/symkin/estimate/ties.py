@@ -11,7 +11,7 @@ from typing import NamedTuple
 from symkin.errors import SymkinError, did_you_mean
 from symkin.storage.quantities import evaluate_quantity
 
-__all__ = ["Equation", "Solved", "equation_of", "solved"]
+__all__ = ["MEASURED", "ONE_DRAW", "Equation", "Solved", "equation_of", "meaning_of", "solved"]
 
 _NAME = re.compile(r"[A-Za-z_][\w.]*[A-Za-z_]\w*|[A-Za-z_]\w*")
 _NOTHING = 1e-9  # of an equation's size: it says nothing, or its sides agree
@@ -30,14 +30,23 @@ class Equation(NamedTuple):
     constant : float
         In SI units.
     measured : bool
-        Whether a number was stated too: that is knowledge of a sum, while unknowns that are equal,
-        or multiples, are one draw of the workshop.
+        Whether somebody measured it, so that all keep priors of their own; else they are one draw
+        of the workshop. If that is not said: where a number is stated, or a sum.
+    within : str
+        The standard deviation with which it holds; empty if it is exact.
     """
 
     text: str
     factors: dict[str, float]
     constant: float
     measured: bool
+    within: str = ""
+
+
+def meaning_of(text: str) -> tuple[str, str]:
+    """Part a tie into its equation and what is said of that, such as ``, one draw``."""
+    match = _MEANING.search(text)
+    return (text[: match.start()].strip(), match.group().strip()) if match else (text.strip(), "")
 
 
 def equation_of(text: str, units: Mapping[str, str]) -> Equation:
@@ -46,7 +55,8 @@ def equation_of(text: str, units: Mapping[str, str]) -> Equation:
     Parameters
     ----------
     text : str
-        Two sides, each a sum of unknowns with factors and of quantities.
+        Two sides, each a sum of unknowns with factors and of quantities; behind them nothing,
+        ``, measured``, ``, one draw`` or ``within 10 um``.
     units : mapping of str to str
         Of every unknown that there is.
 
@@ -55,11 +65,12 @@ def equation_of(text: str, units: Mapping[str, str]) -> Equation:
     SymkinError
         Quoting the tie, and what is wrong with it.
     """
-    sides = text.split("=")
+    equation, meaning = meaning_of(text)
+    sides = equation.split("=")
     if len(sides) != 2 or not all(each.strip() for each in sides):
         raise SymkinError(f'tie "{text}" is no equation; expected two sides, such as {_EXAMPLE}')
-    named = [name for name in _NAME.findall(text) if name in units]
-    for name in _NAME.findall(text):
+    named = [name for name in _NAME.findall(equation) if name in units]
+    for name in _NAME.findall(equation):
         own = [each for each in units if each.partition(".")[2] == name]
         if own:
             raise SymkinError(
@@ -83,9 +94,12 @@ def equation_of(text: str, units: Mapping[str, str]) -> Equation:
     if not any(factors.values()):
         raise SymkinError(f'tie "{text}" says nothing of its unknowns')
     two_alike = sum(map(bool, factors.values())) <= 2 and not constant
-    return Equation(text, factors, constant, measured=not two_alike)
+    measured = meaning == MEASURED or (meaning != ONE_DRAW and not two_alike)
+    return Equation(text, factors, constant, measured, meaning.partition("within")[2].strip())
 
 
+ONE_DRAW, MEASURED = ", one draw", ", measured"
+_MEANING = re.compile(rf"\s*{ONE_DRAW}\s*$|\s*{MEASURED}\s*$|\s+within\b(?!.*=).*$", re.DOTALL)
 _EXAMPLE = "'leg1.distal_length = leg2.distal_length' or 'leg1.x + leg2.x = 0.2 m'"
 
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from symkin import _core
 from symkin.errors import SymkinError, did_you_mean, one_of
 from symkin.estimate.sharing import followers_by_role, written_tie
-from symkin.estimate.ties import Solved, equation_of, solved
+from symkin.estimate.ties import Equation, Solved, equation_of, solved
 from symkin.model.chains import ABSENT
 from symkin.model.core_setup import scalar_values
 from symkin.model.mechanism import Mechanism
@@ -57,6 +57,7 @@ REDUNDANT = "since the sensor's offset does the same"
 SCALE, BED, SAG = "scale", "bed", "sag"  # what may be assumed besides scalars
 BOW = "plane.bow"
 _NO_TOLERANCE = 1e-6  # m or rad: next to what is made within a tolerance, as good as held
+_WEAK = 1e-6  # of a tolerance that is no prior, next to those that are
 CLOCK = "clock"  # of the slopes that a clock's offset is
 _TERMS = ("sensor_quadratic", "sensor_cosine", "sensor_sine")
 
@@ -82,14 +83,23 @@ class Layout(Value):
         Of the columns: a scalar's, or ``distal_length`` for one that all legs share.
     prior : ndarray
         Standard deviation of each column about its start; infinite without a prior.
+    relations : ndarray
+        Priors of several columns together: these rows (k, columns) times their changes since the
+        start are independent and standard normal.
     ties : tuple of (int, int, float)
         Scalars without a column of their own that follow columns, and by which factors.
     roles : tuple of int
         Those of them that are shared: mirror images, or mixed by a turn about a tilted axis.
     sums : tuple of int
-        Those of them that keep a prior of their own, since a sum was stated.
+        Those of them that keep a prior of their own, since a sum was measured.
     shift : ndarray
-        Of each scalar: how far from the drawing it starts, so that all ties hold.
+        Of each scalar: how far from the drawing it starts, so that all ties hold, where the priors
+        have it.
+    deviations : ndarray
+        Of the prior of each scalar about the drawing; infinite without one.
+    near : tuple of (dict of int to float, float, float)
+        Sums of scalars that are nearly known: factors, by how much the drawing's is too large, and
+        its standard deviation.
     """
 
     scalars: tuple[str, ...]
@@ -103,6 +113,9 @@ class Layout(Value):
     roles: tuple[int, ...] = ()
     sums: tuple[int, ...] = ()
     shift: Array = field(default_factory=lambda: np.zeros(0))
+    deviations: Array = field(default_factory=lambda: np.zeros(0))
+    near: tuple[tuple[dict[int, float], float, float], ...] = ()
+    relations: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
     @classmethod
     def of(
@@ -168,7 +181,8 @@ class Layout(Value):
         chosen = chosen.union(*ties) - names.matching("fixed", fixed) | _placeless(mechanism, names)
         values = dict(zip(scalars, scalar_values(setup).tolist(), strict=True))
         equations = [*mechanism.ties, *([tie] if isinstance(tie, str) else tie)]
-        bound = _bound(mechanism, names, units, equations, chosen, values)
+        exact, loose = _equations(mechanism, names, units, equations, values)
+        bound = solved(exact, {names.scalars[i] for i in chosen}, values)
         followers = {names.index[name] for name in bound.by}
         _refuse_twice(names, followers & set().union(*ties))
         chosen -= followers
@@ -206,11 +220,14 @@ class Layout(Value):
             roles=tuple(sorted(follow)),
             sums=tuple(sorted(names.index[name] for name in bound.measured)),
         )
-        made = made._tied(bound, values)
-        if bow is not None and BOW in made.names:
-            known = np.where(np.array(made.names) == BOW, bow, made.prior)
-            made = replace(made, prior=known)
-        return made.with_prior(prior) if prior is not None else made
+        is_bow = (np.array(scalars) == BOW) & (bow is not None)
+        made = replace(
+            made,
+            shift=_off(bound, scalars, values),
+            deviations=np.where(is_bow, bow if bow is not None else np.inf, np.inf),
+            near=tuple(_near(each, names, units, values, made.by_columns) for each in loose),
+        )
+        return made.with_prior(prior) if prior is not None else made._settled()
 
     @property
     def column_tolerances(self) -> Array:
@@ -245,10 +262,11 @@ class Layout(Value):
             self,
             column=np.where(named, np.cumsum(named) - 1, -1),
             names=tuple(name for name in self.scalars if name),
-            prior=np.full(int(named.sum()), np.inf),
             ties=(),
             roles=(),
-        )
+            deviations=np.full(len(named), np.inf),
+            near=(),
+        )._settled()
 
     @property
     def by_columns(self) -> Array:
@@ -260,39 +278,64 @@ class Layout(Value):
             found[scalar, column] += factor
         return found
 
-    def _tied(self, bound: Solved, values: Mapping[str, float]) -> Layout:
-        """Return it starting where ties hold that the drawing breaks, nearest in tolerances."""
-        shift = np.zeros(len(self.scalars))
-        if bound.by:
-            by = self.by_columns
-            at = dict(zip(self.scalars, range(len(self.scalars)), strict=True))
-            followers = [at[name] for name in bound.by]
-            off = np.zeros(len(self.scalars))
-            for name, terms in bound.by.items():
-                wanted = bound.constants[name] + sum(f * values[each] for each, f in terms.items())
-                off[at[name]] = wanted - values[name]
-            concerned = np.abs(by[followers]).sum(axis=0) > 0
-            rows = np.asarray((by[:, concerned] != 0).any(axis=1))
-            rows[followers] = True
-            weights = 1 / np.where(self.tolerances > 0, self.tolerances, _NO_TOLERANCE)[rows]
-            moves = np.zeros(len(self.names))
-            matrix = by[rows][:, concerned] * weights[:, None]
-            moves[concerned] = -np.linalg.lstsq(matrix, off[rows] * weights, rcond=None)[0]
-            shift = by @ moves + off
-        return replace(self, shift=shift)
+    @property
+    def prior_rows(self) -> Array:
+        """Rows that the priors make of the columns' changes standard normal, one column's first."""
+        own = np.flatnonzero(np.isfinite(self.prior))
+        return np.vstack([(np.eye(len(self.names)) / self.prior)[own], self.relations])
 
-    def _joined(self, deviations: Array) -> Array:
-        """Of each column, of the deviations of its first scalar and of sums that follow it."""
-        found = np.full(len(self.names), np.inf)
-        own = np.flatnonzero((self.column >= 0) & (deviations > 0))
-        largest = np.zeros(len(self.names))
-        np.maximum.at(largest, self.column[own], deviations[own])
-        found[largest > 0] = largest[largest > 0]
-        terms = [scalar for scalar, _, _ in self.ties]
-        for scalar, column, factor in self.ties:
-            if scalar in self.sums and terms.count(scalar) == 1 and deviations[scalar] > 0:
-                found[column] = (found[column] ** -2 + (factor / deviations[scalar]) ** 2) ** -0.5
-        return found
+    @property
+    def prior_information(self) -> Array:
+        """What the priors say, as an information matrix."""
+        return np.diag(self.prior**-2.0) + self.relations.T @ self.relations
+
+    def _settled(self) -> Layout:
+        """Return it with the priors of its columns, starting where they are met best."""
+        by, count = self.by_columns, len(self.names)
+        own = np.flatnonzero((self.column >= 0) & np.isfinite(self.deviations))
+        widths = np.zeros(count)
+        np.maximum.at(widths, self.column[own], self.deviations[own])
+        precisions = np.divide(1.0, widths**2, out=np.zeros(count), where=widths > 0)
+        sums = [scalar for scalar in self.sums if np.isfinite(self.deviations[scalar])]
+        rows = [by[scalar] / self.deviations[scalar] for scalar in sums]
+        rows += [self._sum_of(by, factors) / deviation for factors, _, deviation in self.near]
+        for row in rows:  # of one column: a prior of its own like any other
+            if np.count_nonzero(row) == 1:
+                precisions += row**2
+        together = [row for row in rows if np.count_nonzero(row) > 1]
+        with np.errstate(divide="ignore"):
+            prior = precisions**-0.5
+        return replace(
+            self,
+            prior=prior,
+            relations=np.array(together).reshape(-1, count),
+            shift=self._nearest(by),
+        )
+
+    @staticmethod
+    def _sum_of(values: Array, factors: Mapping[int, float]) -> Array:
+        return np.asarray([*factors.values()] @ values[[*factors]])
+
+    def _nearest(self, by: Array) -> Array:
+        """Where ties hold that the drawing breaks: by priors, then nearest in tolerances."""
+        shift, followers = self.shift, list(dict.fromkeys(scalar for scalar, _, _ in self.ties))
+        if not shift.any() and not any(off for _, off, _ in self.near):
+            return shift
+        concerned = np.abs(by[followers]).sum(axis=0) > 0
+        for factors, _, _ in self.near:
+            concerned |= np.abs(self._sum_of(by, factors)) > 0
+        rows = np.asarray((by[:, concerned] != 0).any(axis=1)) | (shift != 0)
+        usual = np.where(self.tolerances > 0, self.tolerances, _NO_TOLERANCE)
+        counts = np.isfinite(self.deviations)
+        counts[[each for each in followers if each not in self.sums]] = False
+        weights = np.where(counts, 1 / self.deviations, _WEAK / usual)[rows]
+        matrix, off = [by[rows][:, concerned] * weights[:, None]], [shift[rows] * weights]
+        for factors, drawn, deviation in self.near:
+            matrix.append(self._sum_of(by, factors)[None, concerned] / deviation)
+            off.append(np.atleast_1d(drawn + self._sum_of(shift, factors)) / deviation)
+        moves = np.zeros(len(self.names))
+        moves[concerned] = -np.linalg.lstsq(np.vstack(matrix), np.hstack(off), rcond=None)[0]
+        return np.asarray(shift + by @ moves)
 
     @property
     def column_units(self) -> tuple[str, ...]:
@@ -307,13 +350,12 @@ class Layout(Value):
 
     def with_prior(self, prior: Priors) -> Layout:
         """Return it with priors; columns that have one keep it where they are given none."""
-        values = np.array(self.prior)
+        known = np.array(self.deviations)
         if isinstance(prior, str):
             one_of("prior", prior, ("tolerances",))
-            joined = self._joined(self.tolerances)
-            values = np.where(np.isinf(values), joined, values)
-            return replace(self, prior=values)
-        given_to = np.zeros(len(self.scalars))
+            columns = self.column[np.isfinite(known) & (self.column >= 0)]
+            has_none = np.isinf(known) & ~np.isin(self.column, columns) & (self.tolerances > 0)
+            return replace(self, deviations=np.where(has_none, self.tolerances, known))._settled()
         names = _Names(self.scalars, _TERMS, self.always_held)
         for pattern, given in prior.items():
             for scalar in sorted(names.matching("prior", [pattern])):
@@ -321,13 +363,14 @@ class Layout(Value):
                     continue
                 if self.column[scalar] < 0 and scalar not in self.sums:
                     followed = any(scalar == each for each, _, _ in self.ties)
-                    what = "follows others by a tie" if followed else "is not free"
+                    what = "is not free"
+                    if followed:
+                        what = 'follows others by a tie: one draw, unless that ends in ", measured"'
                     raise SymkinError(
                         f'prior "{pattern}" is of {self.scalars[scalar]}, which {what}'
                     )
-                given_to[scalar] = _deviation(pattern, given, self.units[scalar])
-        joined = self._joined(given_to)
-        return replace(self, prior=np.where(np.isfinite(joined), joined, values))
+                known[scalar] = _deviation(pattern, given, self.units[scalar])
+        return replace(self, deviations=known)._settled()
 
     def declared(self, assume: Mapping[str, float | str]) -> dict[str, tuple[str, float]]:
         """Unit and standard deviation of each assumption, of scalars those that are held.
@@ -394,9 +437,8 @@ class Layout(Value):
             self,
             column=renumbered[self.column],
             names=tuple(self.names[i] for i in kept),
-            prior=self.prior[kept],
             ties=tuple((s, int(renumbered[c]), f) for s, c, f in self.ties if renumbered[c] >= 0),
-        )
+        )._settled()
 
 
 class _Names:
@@ -523,29 +565,52 @@ def _tie(names: _Names, pattern: str, sorts: Sequence[object]) -> set[int]:
     return tie
 
 
-def _bound(
+def _equations(
     mechanism: Mechanism,
     names: _Names,
     units: Sequence[str],
     ties: Sequence[str],
-    chosen: set[int],
     values: Mapping[str, float],
-) -> Solved:
-    """What ties of the legs' parameters leave free; angles as they are drawn, by whole turns."""
+) -> tuple[list[Equation], list[Equation]]:
+    """Ties of the legs' parameters, exact ones and others; angles as drawn, by whole turns."""
     of_legs = {name: units[i] for name, i in names.index.items() if name.startswith("leg")}
     equations = []
-    texts = [(each, each != given) for given in ties for each in written_tie(mechanism, given)]
-    for text, by_role in texts:
+    for text in [each for given in ties for each in written_tie(mechanism, given)]:
         tie = equation_of(text, of_legs)
-        if by_role:  # one draw of the workshop, whatever stands between the legs
-            tie = tie._replace(measured=False)
         unit = of_legs[next(iter(tie.factors))]
         if unit == "rad" and all(factor == round(factor) for factor in tie.factors.values()):
             drawn = sum(factor * values[name] for name, factor in tie.factors.items())
             turns = round((drawn - tie.constant) / (2 * np.pi))
             tie = tie._replace(constant=tie.constant + 2 * np.pi * turns)
         equations.append(tie)
-    return solved(equations, {names.scalars[i] for i in chosen}, values)
+    exact = [each for each in equations if not each.within]
+    return exact, [each for each in equations if each.within]
+
+
+def _off(bound: Solved, scalars: Sequence[str], values: Mapping[str, float]) -> Array:
+    """Of each scalar: how far from the drawing ties have it where all that they leave is drawn."""
+    found = np.zeros(len(scalars))
+    for name, terms in bound.by.items():
+        wanted = bound.constants[name] + sum(f * values[each] for each, f in terms.items())
+        found[scalars.index(name)] = wanted - values[name]
+    return found
+
+
+def _near(
+    tie: Equation,
+    names: _Names,
+    units: Sequence[str],
+    values: Mapping[str, float],
+    by: Array,
+) -> tuple[dict[int, float], float, float]:
+    """What a tie within a deviation says: as `Layout.near` has it."""
+    factors = {names.index[name]: factor for name, factor in tie.factors.items()}
+    row = Layout._sum_of(by, factors)
+    if not np.abs(row).max(initial=0.0) > 1e-9 * max(map(abs, factors.values())):
+        raise SymkinError(f'tie "{tie.text}" says nothing of what is free')
+    unit = units[next(iter(factors))]
+    drawn = sum(factor * values[name] for name, factor in tie.factors.items())
+    return factors, drawn - tie.constant, _deviation(tie.text, tie.within, unit, "width of tie")
 
 
 def _refuse_twice(names: _Names, scalars: set[int]) -> None:

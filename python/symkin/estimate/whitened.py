@@ -35,7 +35,7 @@ def typical_sizes(layout: Layout) -> Array:
 
 def information_of(layout: Layout, rows: Array) -> tuple[Array, Array]:
     """What rows (N, r, unknowns) and the priors show, and its inverse, zero along what is not."""
-    information = np.einsum("nri,nrj->ij", rows, rows) + np.diag(layout.prior**-2.0)
+    information = np.einsum("nri,nrj->ij", rows, rows) + layout.prior_information
     sizes = typical_sizes(layout)
     scale = np.outer(sizes, sizes)
     values, vectors = np.linalg.eigh(information * scale)

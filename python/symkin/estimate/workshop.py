@@ -115,9 +115,8 @@ def share_of(found: Found) -> Share:
     covariance = found.model_covariance[np.ix_(own, own)] / np.outer(tolerances, tolerances)
     values, vectors = np.linalg.eigh(covariance)
     inverse = vectors / np.maximum(values, _LEAST) @ vectors.T
-    priors = np.array([each.prior for each in unknowns]) / tolerances
-    held = np.where(np.isfinite(priors), 1 / priors**2, 0.0)
-    shown, directions = np.linalg.eigh(inverse - np.diag(held))
+    priors = found.prior_rows[:, own] * tolerances
+    shown, directions = np.linalg.eigh(inverse - priors.T @ priors)
     return Share(
         tuple(each.name for each in unknowns),
         tuple(_KINDS.get(each.unit, "numbers") for each in unknowns),

@@ -256,7 +256,8 @@ def _prior_information(survey: Survey) -> Array:
     """In units of the unknowns' scale; what has no prior has a wide one."""
     scale = survey.scale
     known = np.where(np.isfinite(survey.priors), survey.priors, _WIDE * scale)
-    return np.diag((scale / known) ** 2)
+    relations = survey.layout.relations * scale
+    return np.diag((scale / known) ** 2) + relations.T @ relations
 
 
 def not_known() -> dict[str, float]:

@@ -350,7 +350,7 @@ class IdentificationSettings(_Settings):
     free, fixed, shared : tuple of str or None
         Patterns of names.
     tie : tuple of str or None
-        Equations of parameters.
+        Equations of parameters, exact or within a standard deviation.
     prior : str, mapping of str to float or str, or None
         ``"tolerances"``, or a standard deviation for each pattern.
     frames : tuple of str

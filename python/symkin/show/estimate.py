@@ -19,6 +19,7 @@ from symkin.estimate.evidence.findings import few
 from symkin.estimate.parameters import Unknown, shared_by_role
 from symkin.estimate.problem import KINDS
 from symkin.estimate.sharing import written_tie
+from symkin.estimate.ties import MEASURED, ONE_DRAW, equation_of, meaning_of
 from symkin.files.mechanism_file import typed_name
 from symkin.model.mechanism import Mechanism
 from symkin.present import ErrorLine, Group, Headline, Image, Page, Section, Table, Verdict
@@ -342,9 +343,8 @@ def parameter_section(found: Estimate, actual: Mechanism | None = None) -> Secti
     signed = shared_by_role(found.unknowns)
     if signed:
         paragraphs.append(f"Shared by role, changes go so: {', '.join(signed)}.")
-    tied = [each for text in found.options.tie for each in written_tie(found.nominal, text)]
-    if tied:
-        paragraphs.append(f"Tied: {'; '.join(tied)}.")
+    if found.options.tie:
+        paragraphs.append(f"Tied: {'; '.join(_tied(found))}.")
     parts: list[Table | Image] = [_parameter_table(found, actual), *_noise_table(found)]
     if actual is not None:
         paragraphs.append(_coverage(_in_deviations(found, actual)))
@@ -358,6 +358,16 @@ def parameter_section(found: Estimate, actual: Mechanism | None = None) -> Secti
             )
         )
     return Section("identification", "Identified parameters", paragraphs, parts)
+
+
+def _tied(found: Estimate) -> Iterator[str]:
+    """Ties as they were written, with what they mean to priors."""
+    units = {each.name: each.unit for each in found.unknowns if each.name.startswith("leg")}
+    for text in found.options.tie:
+        for each in written_tie(found.nominal, text):
+            tie = equation_of(each, units)
+            said = tie.within or meaning_of(each)[1] or not len(found.prior_rows)
+            yield each if said else each + (MEASURED if tie.measured else ONE_DRAW)
 
 
 def _origin_of_deviations(found: Estimate) -> str:

@@ -275,15 +275,15 @@ def _of_core(mechanism: symkin.Mechanism, poses: np.ndarray) -> Iterator[Call]:
     )
     problem = _whatever_is_observed(mechanism, poses, readings)
     yield Call("_core.fit_jointly", problem, lambda **given: _fit_jointly(mechanism, given))
+    around = {key: problem[key] for key in problem if key not in _OF_LAYOUT}
     yield Call(
         "_core.left_unexplained",
-        {key: problem[key] for key in problem if key not in ("column", "prior", "tolerances")},
+        around,
         lambda pose, start, **given: _core.left_unexplained(
             core, *_observed(mechanism, given), start, pose
         ),
         {"pose": 0},
     )
-    around = {key: problem[key] for key in problem if key not in ("column", "prior", "tolerances")}
     for name, part in (("_core.Setup", 0), ("_core.Observations", 1)):
         yield Call(
             name,
@@ -292,7 +292,7 @@ def _of_core(mechanism: symkin.Mechanism, poses: np.ndarray) -> Iterator[Call]:
         )
     yield Call(
         "_core.observed_rows",
-        {key: problem[key] for key in problem if key != "tolerances"},
+        {key: problem[key] for key in problem if key not in ("tolerances", "relations")},
         lambda column, prior, start, **given: _core.observed_rows(
             core, *_observed(mechanism, given), column, prior, start
         ),
@@ -324,6 +324,9 @@ def _of_core(mechanism: symkin.Mechanism, poses: np.ndarray) -> Iterator[Call]:
         lambda leg, poses: _kept_alone(mechanism, leg, poses),
         leg,
     )
+
+
+_OF_LAYOUT = ("column", "prior", "tolerances", "relations")
 
 
 def _whatever_is_observed(
@@ -363,6 +366,7 @@ def _whatever_is_observed(
         "column": column,
         "prior": np.full(sum(free), 1e-3),
         "tolerances": np.full(sum(free), 1e-3),
+        "relations": np.full((1, sum(free)), 1e2),
     }
 
 
@@ -413,6 +417,7 @@ def _fit_jointly(mechanism: symkin.Mechanism, given: dict[str, Any]) -> _core.Jo
         False,
         given["tolerances"],
         given["start"],
+        relations=given["relations"],
     )
 
 

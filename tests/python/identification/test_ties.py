@@ -13,8 +13,11 @@ from symkin.cli import main
 from symkin.data.reading import write_measurements
 from symkin.errors import SymkinError
 from symkin.estimate.ties import Equation, equation_of, solved
+from symkin.estimate.unknowns import Layout
+from symkin.model.core_setup import core_setup
 from symkin.model.settings import IdentificationSettings, NoiseSettings
 from symkin.planning.simulation import disturb
+from symkin.show.estimate import parameter_section
 
 UNITS = {"leg1.a": "m", "leg2.a": "m", "leg1.k": "m/rad", "leg2.k": "m/rad", "leg1.g": "rad"}
 
@@ -159,17 +162,52 @@ def test_parameters_that_are_equal_are_one_draw_and_of_a_stated_sum_both_are(rob
     tolerance = robot.tolerances.length
     names = ("leg1.proximal_length", "leg1.distal_length")
     total = sum(robot.legs[0].parameters[name.partition(".")[2]] for name in names)
-    for tie, prior in (
-        ("leg1.distal_length = leg2.distal_length", tolerance),
-        (f"{names[0]} + {names[1]} = {total!r} m", tolerance / np.sqrt(2)),
+    equal, stated = f"{names[1]} = leg2.distal_length", f"{names[0]} + {names[1]} = {total!r} m"
+    for tie, prior, meant in (
+        (equal, tolerance, ", one draw"),
+        (stated, tolerance / np.sqrt(2), ", measured"),
+        (f"{equal}, measured", tolerance / np.sqrt(2), ""),
+        (f"{stated}, one draw", tolerance, ""),
     ):
         found = symkin.identify(robot, measured, tie=[tie], prior="tolerances")
         first = tie.partition(" ")[0]
         assert found.params[first].prior == pytest.approx(prior)
+        said = parameter_section(found).paragraphs
+        assert f"Tied: {tie}{meant}." in said
+
+
+def test_a_tie_within_a_deviation_and_a_sum_of_three_are_priors_of_several_unknowns(robot):
+    tolerance = robot.tolerances.length
+    lengths = [f"leg{leg}.distal_length" for leg in (1, 2, 3)]
+
+    def laid_out(**given):
+        return Layout.of(robot, core_setup(robot), prior="tolerances", **given)
+
+    def known(layout, *names):
+        columns = [layout.names.index(name) for name in names]
+        return np.linalg.inv(layout.prior_information)[np.ix_(columns, columns)]
+
+    near = laid_out(tie=["distal_length by role within 10 um"])
+    assert (near.relations != 0).sum(axis=1).tolist() == [2, 2]
+    covariance = known(near, *lengths[:2])
+    difference = [1, -1] @ covariance @ [1, -1]
+    assert difference == pytest.approx(1 / (1e-5**-2 + (2 * tolerance**2) ** -1), rel=1e-6)
+    total = sum(robot.legs[0].parameters["distal_length"] for _ in lengths)
+    three = laid_out(tie=[f"{' + '.join(lengths)} = {total + 3e-4!r} m"])
+    # Each draw is as likely off as the others, and their sum is known.
+    np.testing.assert_allclose(
+        known(three, *lengths[:2]), tolerance**2 * (np.eye(2) - 1 / 3), rtol=1e-9
+    )
+    shift = dict(zip(three.scalars, three.shift, strict=True))
+    np.testing.assert_allclose([shift[name] for name in lengths], 1e-4)
+    with pytest.raises(SymkinError, match="says nothing of what is free"):
+        laid_out(tie=[f"{lengths[0]} = {lengths[1]} within 1 mm"], fixed=["distal_length"])
+    with pytest.raises(SymkinError, match="width of tie"):
+        laid_out(tie=[f"{lengths[0]} = {lengths[1]} within 1 rad"])
 
 
 def test_ties_are_said_in_the_file_and_on_the_command_line_and_load_back(robot, measured, tmp_path):
-    tie = "leg1.platform_radius = leg3.platform_radius"
+    tie = "leg1.platform_radius = leg3.platform_radius, measured"
     settings = IdentificationSettings(tie=(tie,))
     robot.replace(identification=settings).save(tmp_path / "robot.toml")
     again = symkin.load_mechanism(tmp_path / "robot.toml")

@@ -11,6 +11,17 @@
 #include "symkin/support/interrupt.hpp"
 
 namespace symkin {
+namespace {
+
+// Rows beside the poses, A d + off = 0. Returns their squares.
+double add_rows(const RowMatrix& rows, const Vector& off, NormalEquations& equations) {
+  equations.information += product(rows.transpose(), rows);
+  equations.gradient.noalias() += rows.transpose() * off;
+  equations.cost += off.squaredNorm();
+  return off.squaredNorm();
+}
+
+}  // namespace
 
 LatentProblem::LatentProblem(const Mechanism& mechanism, const Observations& observations,
                              const Layout& layout, Setup setup, RowMatrix poses,
@@ -35,6 +46,47 @@ LatentProblem::LatentProblem(const Mechanism& mechanism, const Observations& obs
   state_.change = Vector::Zero(layout.columns());
   state_.errors = RowMatrix::Zero(poses.rows(), mechanism.leg_count());
   state_.poses = std::move(poses);
+  find_turns();
+}
+
+void LatentProblem::find_turns() {
+  const UnknownList list(state_.setup);
+  if (frame_slots(mechanism_.pose_space()).size() < 6) {
+    return;  // of one angle, which is a sum
+  }
+  for (const auto& [first, frame] :
+       {std::pair{list.base(), &Setup::base}, std::pair{list.target(), &Setup::target}}) {
+    Turn turn{{}, frame, (state_.setup.*frame).rotation};
+    for (std::size_t i = 0; i < 3; ++i) {
+      turn.columns[i] = layout_.column[static_cast<std::size_t>(first) + 3 + i];
+    }
+    if (std::all_of(turn.columns.begin(), turn.columns.end(), [](Index i) { return i >= 0; })) {
+      turns_.push_back(turn);
+    }
+  }
+}
+
+bool LatentProblem::turns_have_priors() const {
+  return std::any_of(turns_.begin(), turns_.end(), [this](const Turn& turn) {
+    return layout_.prior(turn.columns).array().isFinite().any();
+  });
+}
+
+RowMatrix LatentProblem::by_steps(RowMatrix rows) const {
+  for (const Turn& turn : turns_) {
+    const Eigen::Vector3d w = state_.change(turn.columns);
+    const RowMatrix by_change = rows(kAll, turn.columns);
+    rows(kAll, turn.columns) = by_change * left_jacobian(w).inverse();
+  }
+  return rows;
+}
+
+RowMatrix LatentProblem::prior_information() const {
+  if (!turns_have_priors()) {
+    return layout_.prior_information();
+  }
+  const RowMatrix rows = prior_rows();
+  return product(rows.transpose(), rows);
 }
 
 void LatentProblem::take_in(Index pose, const double* start) {
@@ -79,9 +131,9 @@ LinearPose LatentProblem::linear(Index pose) const {
 
 WhitenedSystem LatentProblem::system() const {
   WhitenedSystem system;
-  const Index priors = layout_.prior.array().isFinite().count();
+  const RowMatrix priors = layout_.prior_rows();
   const Index conditions = std::accumulate(now_.counts.begin(), now_.counts.end(), Index{0});
-  system.jacobian.setZero(conditions + priors + constraints_.rows(), layout_.columns());
+  system.jacobian.setZero(conditions + priors.rows() + constraints_.rows(), layout_.columns());
   system.residual.setZero(system.jacobian.rows());
   for (std::size_t k = 0; k < now_.counts.size(); ++k) {
     if (now_.counts[k] > 0) {
@@ -91,14 +143,9 @@ WhitenedSystem LatentProblem::system() const {
       system.first.push_back(system.rows() + pose.count());
     }
   }
-  Index row = conditions;
-  for (Index i = 0; i < layout_.columns(); ++i) {
-    if (std::isfinite(layout_.prior[i])) {
-      system.jacobian(row, i) = 1 / layout_.prior[i];
-      system.residual[row++] = state_.change[i] / layout_.prior[i];
-    }
-  }
-  system.jacobian.bottomRows(constraints_.rows()) = constraints_;
+  system.jacobian.middleRows(conditions, priors.rows()) = by_steps(priors);
+  system.residual.segment(conditions, priors.rows()) = priors * state_.change;
+  system.jacobian.bottomRows(constraints_.rows()) = by_steps(constraints_);
   system.residual.tail(constraints_.rows()) = constraints_ * state_.change;
   return system;
 }
@@ -150,19 +197,25 @@ bool LatentProblem::linearise(NormalEquations& equations) {
     }
   }
   now_.rows.add_to(equations, in_lanes);
-  now_.prior_squares = state_.change.cwiseQuotient(layout_.prior).squaredNorm();
-  equations.cost += now_.prior_squares;
-  for (Index i = 0; i < columns; ++i) {
-    const double precision = 1 / (layout_.prior[i] * layout_.prior[i]);
-    equations.information(i, i) += precision;
-    equations.gradient[i] += precision * state_.change[i];
+  if (turns_have_priors()) {
+    const RowMatrix rows = layout_.prior_rows();
+    now_.prior_squares = add_rows(by_steps(rows), rows * state_.change, equations);
+  } else {
+    now_.prior_squares = state_.change.cwiseQuotient(layout_.prior).squaredNorm();
+    equations.cost += now_.prior_squares;
+    for (Index i = 0; i < columns; ++i) {
+      const double precision = 1 / (layout_.prior[i] * layout_.prior[i]);
+      equations.information(i, i) += precision;
+      equations.gradient[i] += precision * state_.change[i];
+    }
+    if (layout_.relations.rows() > 0) {
+      now_.prior_squares +=
+          add_rows(layout_.relations, layout_.relations * state_.change, equations);
+    }
   }
   now_.information = equations.information;
   if (constraints_.rows() > 0) {
-    const Vector off = constraints_ * state_.change;
-    equations.information += product(constraints_.transpose(), constraints_);
-    equations.gradient.noalias() += constraints_.transpose() * off;
-    equations.cost += off.squaredNorm();
+    add_rows(by_steps(constraints_), constraints_ * state_.change, equations);
   }
   return std::isfinite(equations.cost) && equations.information.allFinite();
 }
@@ -221,6 +274,10 @@ void LatentProblem::step(const Vector& d) {
   }
   state_.setup = moved(state_.setup, layout_, d);
   state_.change += d;
+  for (const Turn& turn : turns_) {
+    const Eigen::Matrix3d turned = (state_.setup.*turn.frame).rotation * turn.start.transpose();
+    state_.change(turn.columns) = rotation_vector(turned);
+  }
 }
 
 void LatentProblem::correct(const Vector& d) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <array>
 #include <limits>
 #include <vector>
 
@@ -50,6 +51,9 @@ class LatentProblem {
   const std::vector<bool>& aside() const { return aside_; }
   // Of the last linearisation: J'WJ with the priors, without the constraints.
   const RowMatrix& information() const { return now_.information; }
+  // The part of the priors in it, and their rows, by steps from the present state.
+  RowMatrix prior_information() const;
+  RowMatrix prior_rows() const { return by_steps(layout_.prior_rows()); }
   // Of the last linearisation, of each pose: the number of its conditions, their sum of squares
   // and the weight of the loss; 0, 0 and 1 where it was set aside. Those of a block of poses stand
   // at its first.
@@ -74,6 +78,18 @@ class LatentProblem {
   // Of the robot's longest length, or of a radian.
   static constexpr double kStill = 1e-11;
   static constexpr double kRounding = 1e-8;
+
+  // A frame all of whose rotation is free. A step turns it by R <- exp([d]) R, and of several
+  // steps d is no sum: the change that priors and constraints are of is w of R = exp([w]) R_start.
+  struct Turn {
+    std::array<Index, 3> columns;
+    Frame Setup::*frame;
+    Eigen::Matrix3d start;
+  };
+  void find_turns();
+  bool turns_have_priors() const;
+  // Rows of the change as rows of a step from the present state.
+  RowMatrix by_steps(RowMatrix rows) const;
 
   double extent_of_pose(const Vector& move) const;
   LinearPose general(Index pose) const;
@@ -103,6 +119,7 @@ class LatentProblem {
   std::vector<bool> aside_;
   PoseBlocks blocks_;
   RowMatrix constraints_;
+  std::vector<Turn> turns_;
   State state_, saved_;
   Linearisation now_;
   RowMatrix tangents_, errors_;  // room for moves

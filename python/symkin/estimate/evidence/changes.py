@@ -334,14 +334,11 @@ def rows_of_changes(found: Found, apart: Sequence[int]) -> Rows | None:
     jacobian, residual = jacobian[order], residual[order]
     if not residual.size:
         return None
-    priors = np.full(free, np.nan)
-    for each in found.unknowns:
-        if each.column >= 0:
-            priors[each.column] = each.prior
+    priors = found.prior_rows
     own = jacobian[..., :free]
     # An estimate with priors is where all gradients cancel; one of each leg alone need not be.
-    gradient = _gradient(own, residual) if np.isnan(priors).all() else -removed
-    stacked = np.concatenate([own.reshape(-1, free), np.diag(np.nan_to_num(1 / priors))])
+    gradient = _gradient(own, residual) if not len(priors) else -removed
+    stacked = np.concatenate([own.reshape(-1, free), priors])
     lengths = np.linalg.norm(stacked, axis=0)
     lengths[lengths == 0] = 1
     tall, upper = np.linalg.qr(stacked / lengths)
@@ -355,7 +352,7 @@ def rows_of_changes(found: Found, apart: Sequence[int]) -> Rows | None:
     by = jacobian[..., free:]
     bases = by[..., legs : legs + len(places_of_base)]
     growth = by[..., -1] if robot.space.moves else np.zeros_like(residual)
-    spare = int(used.sum()) + int(np.isfinite(priors).sum()) - int(shown.sum())
+    spare = int(used.sum()) + int(np.linalg.matrix_rank(priors)) - int(shown.sum())
     components = tuple(names[i].partition(".")[2] for i in places_of_base)
     by_leg = by[..., :legs]
     return Rows(residual, basis, by_leg, growth, bases, components, order, spare, used)
