@@ -133,11 +133,14 @@ void require_all(const LinearFit& shown) {
   }
 }
 
-// Statistics of the rows of one pose, or of a block, for estimates of this covariance of the
-// columns.
-void add_rows(const LinearPose& pose, const RowMatrix& covariance, std::vector<RowFit>& rows) {
-  constexpr double kSilent = 1e-9;  // of the row's own variance
+// Of each row of a pose or a block: what of its multiplier's variance the estimate explains, for
+// estimates of this covariance of the columns.
+Vector explained_by(const LinearPose& pose, const RowMatrix& covariance) {
   const RowMatrix& e = pose.elimination.conditions;
+  if (e.cols() > covariance.cols()) {
+    const RowMatrix by_unknowns = product(e, pose.jacobian);
+    return product(by_unknowns, covariance).cwiseProduct(by_unknowns).rowwise().sum();
+  }
   // J C J' by the rows' own unknowns, which are few.
   const Index m = pose.by_unknowns.rows();
   RowMatrix of_rows = RowMatrix::Zero(m, m);
@@ -155,6 +158,15 @@ void add_rows(const LinearPose& pose, const RowMatrix& covariance, std::vector<R
     }
   }
   const RowMatrix explained = product(product(e.transpose(), of_rows), e);
+  return product(e, explained).cwiseProduct(e).rowwise().sum();
+}
+
+// Statistics of the rows of one pose, or of a block, for estimates of this covariance of the
+// columns.
+void add_rows(const LinearPose& pose, const RowMatrix& covariance, std::vector<RowFit>& rows) {
+  constexpr double kSilent = 1e-9;  // of the row's own variance
+  const RowMatrix& e = pose.elimination.conditions;
+  const Vector explained = explained_by(pose, covariance);
   for (Index k = 0; k < pose.variances.size(); ++k) {
     const RowOrigin& origin = pose.origins[static_cast<std::size_t>(k)];
     if (origin.kind == RowOrigin::Kind::closure && origin.by_error == 0) {
@@ -162,7 +174,7 @@ void add_rows(const LinearPose& pose, const RowMatrix& covariance, std::vector<R
     }
     const double multiplier = e.row(k).dot(pose.conditions);
     const double all = e.row(k).squaredNorm();
-    const double variance = all - e.row(k) * explained * e.row(k).transpose();
+    const double variance = all - explained[k];
     const bool reading = origin.kind == RowOrigin::Kind::closure;
     const double unit = reading && origin.by_error != 0 ? origin.by_error : 1;
     RowFit row{origin.pose,  static_cast<int>(origin.kind),

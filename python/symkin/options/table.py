@@ -120,7 +120,7 @@ _ALL = (
            help="Changed together in all legs that match; mirror images by opposite amounts."),
     Option("tie", list[str], metavar="EQUATION", seldom=_UNKNOWN,
            help="Parameters that follow others: 'leg1.distal_length = leg2.distal_length', with "
-                "factors and sums ('... + ... = 0.2 m'), nearly ('... within 10 um'); repeatable."),
+                "factors and sums ('... = 0.2 m'), nearly ('... within 10 um'); may be repeated."),
     Option("prior", dict, metavar="PRIOR", objects=True,
            help="'tolerances', or PATTERN=DEVIATION about the drawing, such as 'base.*=1 mm'."),
     Option("frames", list[Frame], metavar="FRAME",

@@ -112,7 +112,10 @@ LinearPose LatentProblem::general(Index pose) const {
     linear.jacobian = RowMatrix::Zero(1, layout_.columns());
     return linear;
   }
-  linear.elimination = eliminate_pose(linear.by_pose, linear.variances, pose);
+  linear.elimination = blocks_.alone(pose)
+                           ? eliminate_pose(linear.by_pose, linear.variances, pose)
+                           : eliminate_poses(linear.by_pose, linear.variances, mechanism_.dof(),
+                                             blocks_.hubs(pose), pose);
   const RowMatrix& g = linear.elimination.conditions;
   linear.conditions = g.transpose() * linear.misfit;
   linear.jacobian = product(g.transpose(), linear.by_unknowns);

@@ -174,6 +174,7 @@ PoseBlocks::PoseBlocks(const Observations& observations, const std::vector<bool>
   }
   first_.resize(aside.size());
   std::iota(first_.begin(), first_.end(), Index{0});
+  pairs_.assign(aside.size(), 0);
   const auto root = [&](Index pose) {
     while (first_[at(pose)] != pose) {
       pose = first_[at(pose)] = first_[at(first_[at(pose)])];
@@ -184,6 +185,8 @@ PoseBlocks::PoseBlocks(const Observations& observations, const std::vector<bool>
     for (Index k = 0; k < partners.cols(); ++k) {
       const auto other = static_cast<Index>(partners(pose, k));
       if (observations.couples(pose, k) && !aside[at(pose)] && !aside[at(other)]) {
+        ++pairs_[at(pose)];
+        ++pairs_[at(other)];
         const Index roots[] = {root(pose), root(other)};
         first_[at(std::max(roots[0], roots[1]))] = std::min(roots[0], roots[1]);
       }
@@ -194,6 +197,18 @@ PoseBlocks::PoseBlocks(const Observations& observations, const std::vector<bool>
     first_[at(pose)] = root(pose);
     blocks_[at(first_[at(pose)])].push_back(pose);
   }
+}
+
+std::vector<Index> PoseBlocks::hubs(Index first) const {
+  constexpr Index kMany = 5;  // pairs
+  std::vector<Index> places;
+  const std::vector<Index>& block = of(first);
+  for (std::size_t i = 0; i < block.size(); ++i) {
+    if (pairs_[at(block[i])] >= kMany) {
+      places.push_back(static_cast<Index>(i));
+    }
+  }
+  return places;
 }
 
 LinearPose block_rows(const Mechanism& mechanism, const Observations& observations,

@@ -19,10 +19,13 @@ class PoseBlocks {
   Index first(Index pose) const { return blocks_.empty() ? pose : first_[at(pose)]; }
   bool alone(Index pose) const { return blocks_.empty() || blocks_[at(first(pose))].size() < 2; }
   const std::vector<Index>& of(Index first) const { return blocks_[at(first)]; }
+  // Places in a block of poses that are in so many pairs that the others are eliminated first.
+  std::vector<Index> hubs(Index first) const;
 
  private:
   static std::size_t at(Index i) { return static_cast<std::size_t>(i); }
   std::vector<Index> first_;
+  std::vector<Index> pairs_;                // of each pose
   std::vector<std::vector<Index>> blocks_;  // of each that is a first, in order; empty: no pairs
 };
 
