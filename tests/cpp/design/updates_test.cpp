@@ -107,7 +107,7 @@ struct Known {
 
 class Kernel : public ::testing::TestWithParam<Known> {
  protected:
-  static constexpr Index kParameters = 5;
+  static constexpr Index kParameters = 15;   // some vectors are taken at once, some are left
   static constexpr Index kCandidates = 300;  // more than a block
 
   Kernel()
@@ -115,7 +115,7 @@ class Kernel : public ::testing::TestWithParam<Known> {
         rows(made_rows(kCandidates * shape.rows, 4)),
         x(rows, shape.rows),
         products(x) {
-    const RowMatrix start = made_rows(30, 5);
+    const RowMatrix start = made_rows(60, 5);
     matrix = start.transpose() * start;
   }
 
@@ -163,8 +163,8 @@ TEST_P(Kernel, ProductsAgreeWithDenseAlgebra) {
 TEST_P(Kernel, UpdatedProductsAgreeWithDenseAlgebra) {
   products.compute(inverse_factor(matrix));
   Information information(matrix);
-  const RowMatrix added = made_rows(2, 6);
-  information.add(added.data(), 2, 0.5, &products);
+  const RowMatrix added = made_rows(7, 6);
+  information.add(added.data(), 7, 0.5, &products);
   matrix += 0.5 * added.transpose() * added;
   expect_products_of(matrix.inverse());
   products.set(7, RowMatrix::Constant(shape.rows, shape.rows, 1e3));

@@ -92,9 +92,15 @@ class AlignedArray {
   std::vector<Line> lines_;
 };
 
-// Candidates in blocks of columns: the 256 values of one column lie together, then those of the
-// next. Lanes beyond the last candidate are zero. Loops over such lanes make a whole selection 1.9
-// to 2.5 times as fast as Eigen's products over the same blocks.
+// Where a candidate of a block begins; its next column is kGroup further.
+inline Index lane_of(Index candidate, Index width) {
+  return candidate / kGroup * kGroup * width + candidate % kGroup;
+}
+
+// Candidates in blocks of columns: of a group the values of one column lie together, then those of
+// the next, so that a pass over a group reads memory as it lies. Lanes beyond the last candidate
+// are zero. Loops over such lanes make a whole selection 1.9 to 2.5 times as fast as Eigen's
+// products over the same blocks.
 class ColumnBlocks {
  public:
   ColumnBlocks() = default;
@@ -104,9 +110,9 @@ class ColumnBlocks {
   ColumnBlocks(const RowMatrix& rows, Index rows_per_pose)
       : ColumnBlocks(rows.rows() / rows_per_pose, {rows_per_pose, rows.cols()}) {
     for (Index i = 0; i < count_; ++i) {
-      double* lane = block(i / kBlock) + i % kBlock;
+      double* lane = block(i / kBlock) + lane_of(i % kBlock, shape_.width());
       for (Index c = 0; c < shape_.width(); ++c) {
-        lane[c * kBlock] = rows.data()[i * shape_.width() + c];
+        lane[c * kGroup] = rows.data()[i * shape_.width() + c];
       }
     }
   }
@@ -119,9 +125,9 @@ class ColumnBlocks {
   const double* block(Index b) const { return data_.data() + b * shape_.width() * kBlock; }
 
   void get(Index candidate, double* values) const {
-    const double* lane = block(candidate / kBlock) + candidate % kBlock;
+    const double* lane = block(candidate / kBlock) + lane_of(candidate % kBlock, shape_.width());
     for (Index c = 0; c < shape_.width(); ++c) {
-      values[c] = lane[c * kBlock];
+      values[c] = lane[c * kGroup];
     }
   }
   RowMatrix rows(Index candidate) const {
@@ -144,10 +150,10 @@ class ColumnBlocks {
   AlignedArray data_;
 };
 
-// The columns of one of a candidate's rows in a block, for Eigen: kBlock x parameters.
-using BlockMatrix = Eigen::Matrix<double, kBlock, Eigen::Dynamic>;
-inline Eigen::Map<const BlockMatrix> columns_of(const double* block, Index row, Index parameters) {
-  return {block + row * parameters * kBlock, kBlock, parameters};
+// The columns of one of a candidate's rows in a group, for Eigen: kGroup x parameters.
+using GroupMatrix = Eigen::Matrix<double, kGroup, Eigen::Dynamic>;
+inline Eigen::Map<const GroupMatrix> columns_of(const double* group, Index row, Index parameters) {
+  return {group + row * parameters * kGroup, kGroup, parameters};
 }
 
 }  // namespace symkin::design::detail

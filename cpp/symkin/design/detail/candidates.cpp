@@ -128,10 +128,12 @@ RowMatrix Candidates::information() const {
   const Index p = shape().parameters;
   std::vector<RowMatrix> sums(static_cast<std::size_t>(chunks()), RowMatrix::Zero(p, p));
   for_each_block([&](Index chunk, Index, const double* columns) {
-    for (Index row = 0; row < shape().rows; ++row) {
-      at(sums, chunk)
-          .selfadjointView<Eigen::Lower>()
-          .rankUpdate(columns_of(columns, row, p).transpose());
+    for (Index group = 0; group < kGroups; ++group) {
+      for (Index row = 0; row < shape().rows; ++row) {
+        at(sums, chunk)
+            .selfadjointView<Eigen::Lower>()
+            .rankUpdate(columns_of(columns + group * shape().width() * kGroup, row, p).transpose());
+      }
     }
   });
   RowMatrix total = RowMatrix::Zero(p, p);
@@ -156,14 +158,19 @@ void Candidates::load(Index block, std::vector<double>& rows, double* columns) c
     source_.fill(first, count, rows.data());
     values = rows.data();
   }
-  for (Index c = 0; c < width; ++c) {
-    for (Index lane = 0; lane < count; ++lane) {
-      columns[c * kBlock + lane] = values[lane * width + c];
+  for (Index group = 0; group < count; group += kGroup) {
+    const Index members = std::min(count - group, kGroup);
+    const double* from = values + group * width;
+    double* to = columns + group * width;
+    for (Index c = 0; c < width; ++c) {
+      for (Index lane = 0; lane < members; ++lane) {
+        to[c * kGroup + lane] = from[lane * width + c];
+      }
     }
   }
-  for (Index lane = 0; lane < kBlock; ++lane) {
-    for (Index c = 0; c < width && (lane >= count || excluded(first + lane)); ++c) {
-      columns[c * kBlock + lane] = 0;
+  for (Index j = 0; j < kBlock && (count < kBlock || !excluded_.empty()); ++j) {
+    for (Index c = 0; c < width && (j >= count || excluded(first + j)); ++c) {
+      columns[lane_of(j, width) + c * kGroup] = 0;
     }
   }
 }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "symkin/design/detail/product_kernels.hpp"
 
+#include <algorithm>
+
 #define SYMKIN_INLINE [[gnu::always_inline]] static inline
 
 namespace symkin::design::detail {
@@ -20,6 +22,9 @@ struct Wide {
   static constexpr Index kLanes = kRegister / 8;
   using Lanes [[gnu::vector_size(8 * kLanes), gnu::aligned(8), gnu::may_alias]] = double;
   static constexpr Index kParts = kGroup / kLanes;
+  // So many vectors at once, and parts of a group with them: their sums fill the registers.
+  static constexpr Index kTogether = 6;
+  static constexpr Index kStrip = kRegister == 64 ? 4 : 2;
 
   SYMKIN_INLINE const Lanes* load(const double* values) {
     return reinterpret_cast<const Lanes*>(values);
@@ -32,7 +37,7 @@ struct Wide {
     Lanes total[kCount] = {};
     for (Index c = 0; c < size; ++c) {
       for (Index k = 0; k < kCount; ++k) {
-        total[k] += coefficients[c] * load(x + c * kBlock)[k];
+        total[k] += coefficients[c] * load(x + c * kGroup)[k];
       }
     }
     for (Index k = 0; k < kCount; ++k) {
@@ -76,32 +81,111 @@ struct Wide {
     }
   }
 
-  static void add_squares(const double* x, Shape shape, const double* u, Index size, double scale,
-                          double* gram, double* trace) {
-    Index first = 0;  // a leg of a whole mechanism has parameters of its own alone
-    while (first < size && u[first] == 0) {
-      ++first;
-    }
-    while (first < size && u[size - 1] == 0) {
-      --size;
-    }
-    Lanes v[kMaxRows * kParts];
-    for (Index lane = 0; lane < kBlock; lane += kGroup) {
-      for (Index row = 0; row < shape.rows; ++row) {
-        Lanes* of_row = v + row * kParts;
-        combine<kParts>(x + (row * shape.parameters + first) * kBlock + lane, u + first,
-                        size - first, of_row);
-        if (all_zero(of_row)) {  // a row of another leg
-          continue;
+  // sums[k * kStep + part] = sum over `size` columns of u[k * stride + c] * column c: each column
+  // is loaded once for all k.
+  template <Index kMany, Index kCount, Index kStep>
+  SYMKIN_INLINE void combine_many(const double* x, const double* u, Index stride, Index size,
+                                  Lanes* sums) {
+    Lanes total[kMany][kCount] = {};
+    for (Index c = 0; c < size; ++c) {
+      for (Index part = 0; part < kCount; ++part) {
+        const Lanes column = load(x + c * kGroup)[part];
+        for (Index k = 0; k < kMany; ++k) {
+          total[k][part] += u[k * stride + c] * column;
         }
+      }
+    }
+    for (Index k = 0; k < kMany; ++k) {
+      for (Index part = 0; part < kCount; ++part) {
+        sums[k * kStep + part] = total[k][part];
+      }
+    }
+  }
+
+  // Where a vector has values: a leg of a whole mechanism has parameters of its own alone.
+  struct Span {
+    Index first, end;
+    Index size() const { return end - first; }
+  };
+  static Span span_of(const Squares& squares, Index k) {
+    const double* u = squares.u + k * squares.size;
+    Span span{0, squares.triangular ? k + 1 : squares.size};
+    while (span.first < span.end && u[span.first] == 0) {
+      ++span.first;
+    }
+    while (span.first < span.end && u[span.end - 1] == 0) {
+      --span.end;
+    }
+    return span;
+  }
+
+  // x u for the rows of a group, v[row][k][part], of one u or of kTogether.
+  SYMKIN_INLINE void multiply(const double* x, Shape shape, const Squares& squares, Index k,
+                              Index count, Span span, Lanes* v) {
+    for (Index row = 0; row < shape.rows; ++row) {
+      const double* from = x + (row * shape.parameters + span.first) * kGroup;
+      const double* u = squares.u + k * squares.size + span.first;
+      Lanes* of_row = v + row * kTogether * kParts;
+      if (count == 1) {
+        combine<kParts>(from, u, span.size(), of_row);
+        continue;
+      }
+      for (Index part = 0; part < kParts; part += kStrip) {
+        combine_many<kTogether, kStrip, kParts>(from + part * kLanes, u, squares.size, span.size(),
+                                                of_row + part);
+      }
+    }
+  }
+
+  // v[row][k] is that of one u.
+  SYMKIN_INLINE void add_square(const Lanes* v, Shape shape, double scale, double* gram,
+                                double* trace) {
+    for (Index row = 0; row < shape.rows; ++row) {
+      const Lanes* of_row = v + row * kTogether * kParts;
+      if (all_zero(of_row)) {  // a row of another leg
+        continue;
+      }
+      for (Index k = 0; k < kParts; ++k) {
+        store(trace)[k] += scale * (of_row[k] * of_row[k]);
+      }
+      for (Index other = 0; other <= row && gram != nullptr; ++other) {
+        Lanes* to = store(gram + (row * (row + 1) / 2 + other) * kBlock);
         for (Index k = 0; k < kParts; ++k) {
-          store(trace + lane)[k] += scale * (of_row[k] * of_row[k]);
+          to[k] += scale * (of_row[k] * v[other * kTogether * kParts + k]);
         }
-        for (Index other = 0; other <= row && gram != nullptr; ++other) {
-          Lanes* to = store(gram + (row * (row + 1) / 2 + other) * kBlock + lane);
-          for (Index k = 0; k < kParts; ++k) {
-            to[k] += scale * (of_row[k] * v[other * kParts + k]);
-          }
+      }
+    }
+  }
+
+  // Whether it pays to take kTogether vectors from k on at once, over the span of all, which is
+  // then `span`: not of different legs, and not of a triangle's first rows.
+  static bool together(const Squares& squares, Index k, Span& span) {
+    if (squares.count - k < kTogether || (squares.triangular && k < kTogether)) {
+      return false;
+    }
+    Span all = span;
+    Index values = 0;
+    for (Index other = k; other < k + kTogether; ++other) {
+      const Span own = span_of(squares, other);
+      all = {std::min(all.first, own.first), std::max(all.end, own.end)};
+      values += own.size();
+    }
+    const bool pays = 4 * values >= 3 * kTogether * all.size();
+    span = pays ? all : span;
+    return pays;
+  }
+
+  static void add_squares(const double* x, Shape shape, const Squares& squares, double* gram,
+                          double* trace) {
+    Lanes v[kMaxRows * kTogether * kParts];
+    for (Index k = 0, count = 1; k < squares.count; k += count) {
+      Span span = span_of(squares, k);
+      count = together(squares, k, span) ? kTogether : 1;
+      for (Index lane = 0; lane < kBlock; lane += kGroup) {
+        multiply(x + lane * shape.width(), shape, squares, k, count, span, v);
+        for (Index i = 0; i < count; ++i) {
+          add_square(v + i * kParts, shape, squares.scale == nullptr ? 1 : squares.scale[k + i],
+                     gram == nullptr ? nullptr : gram + lane, trace + lane);
         }
       }
     }
@@ -150,8 +234,15 @@ struct Wide {
       if (r == 1) {
         ratio = (1 + d) * leaving.base + cross[k] * cross[k];
       } else {
-        for (Index ab = 0; ab < r * r; ++ab) {
-          combine<1>(x + ab / r * p * kBlock + kLanes * k, y + ab % r * p, p, cross + ab);
+        for (Index row = 0; row < r; ++row) {
+          const double* from = x + row * p * kGroup + kLanes * k;
+          Index other = 0;
+          for (; other + 3 <= r; other += 3) {
+            combine_many<3, 1, 1>(from, y + other * p, p, p, cross + row * r + other);
+          }
+          for (; other < r; ++other) {
+            combine<1>(from, y + other * p, p, cross + row * r + other);
+          }
         }
         bordered_determinant(gram + kLanes * k, cross, leaving.s, r, &ratio);
         ratio *= leaving.base;

@@ -13,16 +13,25 @@ struct LeavingRows {
   double base;
 };
 
+// Vectors u_k that squares are added of: rows of a matrix, the k-th with k + 1 values and then
+// zeros if that is triangular.
+struct Squares {
+  const double* u;
+  Index count, size;
+  bool triangular;
+  const double* scale;  // of each; 1 if null
+};
+
 // The loops over candidates, in which pose selection spends its time, for one kind of processor;
 // see cmake/SymkinKernels.cmake.
 struct ProductKernels {
   // The largest value of each group.
   void (*find_largest)(const double* values, double* of_groups, Index groups);
 
-  // D += scale (x u) (x u)^T for a block of candidates, u with `size` values and then zeros. D is
-  // their traces and, unless it is null, the lower triangle by rows.
-  void (*add_squares)(const double* x, Shape shape, const double* u, Index size, double scale,
-                      double* gram, double* trace);
+  // D += scale_k (x u_k) (x u_k)^T for a block of candidates, one k after the other. D is their
+  // traces and, unless it is null, the lower triangle by rows.
+  void (*add_squares)(const double* x, Shape shape, const Squares& squares, double* gram,
+                      double* trace);
 
   // base * det(I + D_jj + E S E^T) of a group of candidates, 0 of those hidden; returns the
   // largest.

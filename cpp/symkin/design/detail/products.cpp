@@ -23,9 +23,8 @@ void compute_products(const double* columns, Shape shape, const RowMatrix& facto
                       double* gram) {
   std::fill_n(traces, kBlock, 0.0);
   std::fill_n(gram, gram == nullptr ? 0 : shape.gram_size() * kBlock, 0.0);
-  for (Index a = 0; a < factor.rows(); ++a) {
-    product_kernels().add_squares(columns, shape, factor.row(a).data(), a + 1, 1, gram, traces);
-  }
+  product_kernels().add_squares(
+      columns, shape, {factor.data(), factor.rows(), factor.cols(), true, nullptr}, gram, traces);
 }
 
 Vector variances(const ColumnBlocks& candidates, const RowMatrix& factor) {
@@ -73,10 +72,9 @@ void Products::compute(const RowMatrix& factor) {
 // Block by block, so that each comes from memory once.
 void Products::update(const RowMatrix& u, const Vector& scale) {
   for (Index b = 0; b < x_.blocks(); ++b) {
-    for (Index k = 0; k < u.rows(); ++k) {
-      product_kernels().add_squares(x_.block(b), x_.shape(), u.row(k).data(), u.cols(), scale[k],
-                                    gram(b), trace_.data() + b * kBlock);
-    }
+    product_kernels().add_squares(x_.block(b), x_.shape(),
+                                  {u.data(), u.rows(), u.cols(), false, scale.data()}, gram(b),
+                                  trace_.data() + b * kBlock);
   }
   product_kernels().find_largest(trace_.data(), group_max_.data(), size_of(group_max_));
 }
@@ -155,10 +153,10 @@ void Products::best_pair(const Leaving& leaving, BestPair& best) const {
       continue;
     }
     const Index first = g * kGroup;
-    if (product_kernels().find_ratios(x_.block(first / kBlock) + first % kBlock, x_.shape(),
-                                      gram_.data() + lane(first), trace_.data() + first,
-                                      {leaving.y.data(), leaving.s.data(), leaving.base},
-                                      ratios) > best.ratio) {
+    if (product_kernels().find_ratios(
+            x_.block(first / kBlock) + lane_of(first % kBlock, x_.shape().width()), x_.shape(),
+            gram_.data() + lane(first), trace_.data() + first,
+            {leaving.y.data(), leaving.s.data(), leaving.base}, ratios) > best.ratio) {
       const double* most = std::max_element(ratios, ratios + kGroup);
       best = {*most, first + (most - ratios)};
       least = least_excess();
