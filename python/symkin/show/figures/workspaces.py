@@ -57,7 +57,7 @@ from symkin.show.wording import given
 _SIZES = {"planar": (8.6, 4.2), "point": (4.6, 4.4)}  # inches
 _SIZE_IN_SPACE = (8.8, 3.7)
 _PLAIN = "#9DB8CC"  # of poses without orientation
-_FLAT_LIMIT, _SPATIAL_LIMIT = 8000, 2500  # poses drawn of a cloud
+_FLAT_LIMIT, _SPATIAL_LIMIT = 4000, 2500  # poses drawn of a cloud
 _HOME_SIDE, _USABLE, _OTHER_SIDE = "#CFE5F2", "#7DB8DC", "#F9DFA8"
 _LABELLED_SHARE = 0.01  # of the reachable area, from which an aspect gets its number
 _POINTS = 12_000  # in a cloud of readings
