@@ -19,7 +19,7 @@ from pathlib import Path
 ROOT = Path.cwd()
 INCLUDE = re.compile(r'^#include "([^"]+)"', re.MULTILINE)
 PRECOMPILED = re.compile(r"-include (\S+/cmake_pch\.hxx)")
-OF_GCC_ALONE = re.compile(r" (?:-m(?:move|store)-max|--param)=\S+")
+OF_GCC_ALONE = re.compile(r" (?:(?:-m(?:move|store)-max|--param)=\S+|-Wno-maybe-uninitialized)")
 
 
 @cache
