@@ -35,6 +35,7 @@ std::vector<std::string> open_coordinates(const Mechanism& mechanism, ConstVecto
   }
   std::sort(open.begin(), open.end());
   std::vector<std::string> names;
+  names.reserve(open.size());
   for (const Index each : open) {
     names.emplace_back(kNames[static_cast<std::size_t>(
         pose_slots(mechanism.pose_space())[static_cast<std::size_t>(each)])]);
