@@ -4,8 +4,8 @@ SHELL := /bin/bash
 MAKEFLAGS += --no-builtin-rules --no-print-directory
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
-.PHONY: run study test mutate sanitize lint format bench docs wheel wheels release clean help system-packages system-lint-packages \
-  system-test-packages
+.PHONY: run study test mutate sanitize lint lint-python lint-cpp format bench docs wheel wheels release clean help \
+  system-packages system-lint-packages system-test-packages
 
 # Set one to nothing to keep make away from the system's packages.
 # The development tree has tests and benchmarks too: GoogleTest and Google Benchmark are for them.
@@ -40,11 +40,16 @@ sanitize: build/sanitize/configured ## Run the C++ tests under the address and u
 	@ctest --preset sanitize --parallel $(JOBS)
 
 lint: build/dev/configured $(STAMPS)/lint | system-lint-packages ## Check format, style and types
-	@clang-format --dry-run -Werror $(CPP_FILES)
+	@$(MAKE) --jobs 2 --output-sync lint-python lint-cpp
+
+lint-python:
 	@$(PYTHON) -m ruff check --quiet
 	@$(PYTHON) -m ruff format --check --quiet
 	@$(PYTHON) -m mypy
 	@PYTHONPATH=python:paper .venv/bin/lint-imports --no-logo --no-cache >build/imports.log || { cat build/imports.log; exit 1; }
+
+lint-cpp:
+	@clang-format --dry-run -Werror $(CPP_FILES)
 	@$(PYTHON) scripts/tidy.py build/dev cpp
 
 format: $(STAMPS)/lint | system-lint-packages ## Rewrite the sources in the project's format

@@ -96,6 +96,8 @@ def main() -> int:
         )
     }
     stale = [source for source, digest in wanted.items() if passed.get(str(source)) != digest]
+    # Those that take longest first, so that no processor waits for another at the end.
+    stale.sort(key=lambda source: -sum(file.stat().st_size for file in compiled(source)))
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         results = dict(
             zip(stale, pool.map(lambda source: passes(folder, source), stale), strict=True)
