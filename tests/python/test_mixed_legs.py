@@ -88,9 +88,6 @@ def test_the_core_has_the_columns_of_the_mechanism(planar: Mechanism) -> None:
     assert (parameter_tolerances(planar)[~planar.has_parameter] == 0).all()
 
 
-# --- The model refuses what it cannot mean ---
-
-
 RRR = {
     "proximal_length": 0.4, "distal_length": 0.4, "base_radius": 0.5, "base_angle": 3.7,
     "platform_radius": 0.12, "platform_angle": 4.7, "sensor_gain": 1, "sensor_offset": 0,
@@ -139,9 +136,6 @@ def test_a_robot_with_legs_in_another_order_is_another(planar: Mechanism) -> Non
     other = planar.replace(legs=[legs[0], legs[2], legs[1]], symmetry=None)
     with pytest.raises(MechanismError, match=r"\[R\]RR, \[P\]RP, \[R\]RR.*expected the same"):
         symkin.evaluate(planar, actual=other, poses=planar.home[None])
-
-
-# --- Files ---
 
 
 def read(tmp_path: Path, text: str) -> Mechanism:
@@ -282,9 +276,6 @@ def test_a_column_mapping_is_found_in_a_file_without_a_chain_at_the_top(
     assert load_columns(path).readings == ("1", "2", "3")
 
 
-# --- Symmetry and plans ---
-
-
 def test_the_leg_on_the_mirror_gets_poses_of_its_own(planar: Mechanism) -> None:
     robot = small(planar)
     assert [(leg, element.label) for leg, element in leg_carriers(robot)] == [
@@ -342,9 +333,6 @@ def test_the_check_says_that_the_legs_are_of_two_kinds(planar: Mechanism) -> Non
     leg = json.loads(json.dumps(result.to_dict()))["legs"][2]
     assert leg["chain"] == "[P]RP"
     assert leg["parameters"].keys() == planar.legs[2].parameters.keys()
-
-
-# --- From measurements to a calibrated file ---
 
 
 @pytest.mark.parametrize("estimator", ["paper", "inverse", "implicit", "joint"])
@@ -441,9 +429,6 @@ def test_columns_in_the_wrong_order_are_recognised(planar: Mechanism) -> None:
         symkin.identify(nominal, swapped, "implicit")
 
 
-# --- Files for others, and pages ---
-
-
 def test_exports_say_what_a_leg_does_not_have(planar: Mechanism) -> None:
     document = json.loads(symkin.export(planar, "json").text)
     assert [leg["chain"] for leg in document["legs"]] == list(planar.chains)
@@ -488,9 +473,6 @@ def test_legs_may_have_different_numbers_of_inner_joints(spatial: Mechanism) -> 
     assert [len(each) for each in data["joints"]] == [3] * 6
     nodes = math.prod(len(axis["values"]) for axis in data["axes"])
     assert len(data["nodes"]) == nodes * (3 + 2 * 3 * 3)
-
-
-# --- Templates ---
 
 
 @pytest.mark.parametrize(

@@ -293,8 +293,6 @@ class _Reader:
             moved[:3, 3] = joint.anchor - turn @ joint.anchor
         return moved
 
-    # --- Which bodies are a leg ---
-
     def _components(self) -> list[list[str]]:
         """Bodies that hang together without base and platform, in the model's order."""
         of = {name: name for name in self.scene.parts if name not in self.carriers}
@@ -384,8 +382,6 @@ class _Reader:
             raise SymkinError("has no body that holds the platform")
         few = len(legs) < self.space.dof
         return [_LegReader(self, bodies, ends, few=few).draft() for bodies, ends in legs]
-
-    # --- As the file has it ---
 
     def table(self, group: Sequence[_Draft]) -> dict[str, Any]:
         """The table of a chain, with the first leg's numbers."""

@@ -222,9 +222,6 @@ def _urdf(root: ET.Element, text: str) -> _Tree:
     return _Tree(root.attrib["name"], bodies, ends, points)
 
 
-# --- Parameters of a leg from its bodies ---
-
-
 def _crank_in_plane(tree: _Tree, leg: str) -> dict[str, float]:
     crank = tree.bodies[f"{leg}_proximal"]
     return {
@@ -342,8 +339,6 @@ def _about(axis: Array, angle: float) -> Array:
 def _numbers(element: ET.Element, name: str) -> Array:
     return np.array([float(each) for each in element.attrib[name].split()])
 
-
-# --- Klipper's printer.cfg ---
 
 _MOST_BYTES = 10_000_000  # of a file: models have meshes beside them, not in them
 

@@ -133,8 +133,6 @@ def read_scene(root: ET.Element, text: str, loops: Path | None) -> Scene:
     return dataclasses.replace(scene, sensors=sensors)
 
 
-# --- MJCF ---
-
 _LEFT_OUT = ("include", "replicate", "attach", "frame", "composite", "flexcomp")
 
 
@@ -296,8 +294,6 @@ def _mjcf_sensors(root: ET.Element) -> dict[str, float]:
     return found
 
 
-# --- URDF ---
-
 _URDF_KINDS = {"continuous": "hinge", "revolute": "hinge", "prismatic": "slide", "floating": "free"}
 _CUT = re.compile(
     r"cut joint (\S+), (ball|fixed): (?:point|frame) ([^a-zA-Z]+?) of (\w+) = "
@@ -375,8 +371,6 @@ def _numbered(text: str) -> Array:
     numbers = text.split()
     return _posed(" ".join(numbers[:3]), " ".join(numbers[3:]) or "0 0 0")
 
-
-# --- SDF ---
 
 _SDF_KINDS = {"revolute": "hinge", "continuous": "hinge", "prismatic": "slide"}
 
@@ -457,8 +451,6 @@ def _text_of(joint: ET.Element, path: str) -> str:
     return str(element.text).strip()
 
 
-# --- A file of loops beside ---
-
 _LOOP_KEYS = ("name", "body", "point", "rpy", "other", "other_point", "other_rpy", "closes")
 
 
@@ -503,9 +495,6 @@ def _with_loops(scene: Scene, path: Path) -> Scene:
 
 
 _PLACED = ("point", "rpy")
-
-
-# --- Numbers ---
 
 
 def turn_from_z(along: Array) -> Array:

@@ -292,8 +292,6 @@ def test_a_wrong_configuration_is_refused_at_its_option(
         import_mechanism(config(text.replace(old, new)))
 
 
-# --- Rotary deltas ---
-
 CRANKED = {"radius": 90.0, "height": 360.0, "crank": 100.0, "rod": 320.0, "angles": (30, 150, 270)}
 ENDSTOPS = (120.0, 119.2, 120.9)  # heights of the nozzle
 STEP_RAD = 2 * math.pi / (200 * 16 * 107 / 16)

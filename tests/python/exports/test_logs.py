@@ -45,8 +45,6 @@ def touched_at(x, y):
     return 1e3 * z
 
 
-# --- Marlin ---
-
 G33 = {"c": (0, 0), "x": 210, "y": 330, "z": 90, "yz": 30, "zx": 150, "xy": 270}
 
 
@@ -116,9 +114,6 @@ def test_probed_points_of_g30_have_their_places(tmp_path):
     assert np.abs(poses[:, 2]).max() < 1e-6
 
 
-# --- RepRapFirmware ---
-
-
 def reprap_log(points):
     commands = [f"G30 P{i} X{x} Y{y} Z-99999" for i, (x, y) in enumerate(points)]
     heights = " ".join(f"{touched_at(x, y):.3f}" for x, y in points)
@@ -157,9 +152,6 @@ def test_reprap_heights_without_positions_are_refused(tmp_path):
     )
     with pytest.raises(SymkinError, match=r"no positions.*G30 P0"):
         import_log(written(tmp_path, "duet.log", text))
-
-
-# --- Motion capture ---
 
 
 @pytest.fixture(scope="module")
@@ -366,9 +358,6 @@ def test_topics_of_a_ros_bag_are_joined_too(tmp_path, five_bar):
         import_log(beside)
 
 
-# --- Records ---
-
-
 def test_json_records_are_flattened(tmp_path):
     records = [
         {"position": {"x_mm": 1.5, "y_mm": 2}, "psi": [0.1, 0.2], "note": "a"},
@@ -416,9 +405,6 @@ def test_maslow_has_four_belts(tmp_path):
     assert found.columns["psi_4_mm"] == pytest.approx([2375.65, 2380.5])
     assert any("without all four" in each for each in found.left)
     assert any("tlx 27" in each for each in found.left)
-
-
-# --- What is no log, or a bad one ---
 
 
 def test_what_is_no_log_is_named_with_what_there_is(tmp_path):

@@ -85,8 +85,6 @@ def listed(tmp_path_factory: pytest.TempPathFactory) -> Robot:
     return _robot("5bar", tmp_path_factory.mktemp("listed"), listed=True)
 
 
-# --- Mechanism files: keys times types ---
-
 _VALUES = [
     "true", "0", "-1", "1", "3", "135", "0.5", "-0.0", "1e308", "-1e308", "5e-324", "inf", "nan",
     "1" + "0" * 400, "9223372036854775807", "9223372036854775808", '""', '"x"', '"1 m"', '"2 deg"',
@@ -187,9 +185,6 @@ def _broken(text: str) -> Iterator[bytes]:
     yield from (data + b"\n[[legs]]\n", data + b"\nlegs = 3\n", b"[" * 9999, b"a." * 999 + b"a = 1")
 
 
-# --- Expressions with units ---
-
-
 def _expressions() -> Iterator[str]:
     operands = ["1", "-1", "0", "1e308", "1.5.2", "pi", "m", "deg", "()", "x", "1 m", "2 rad"]
     operators = ["+", "-", "*", "/", "**", " ", ",", "//", "%", "=="]
@@ -227,8 +222,6 @@ def _expression_cases(robot: Robot) -> Iterator[Case]:
         else:
             yield Case(("workspace", "nosuch", "--out", "w", "--orientations", text))
 
-
-# --- Tables: cells times columns times commands ---
 
 _CELLS = [
     "", " ", "0", "-0", "1e308", "-1e308", "1e-320", "1e999", "nan", "inf", "NaN", "1_000", "0x1F",
@@ -289,8 +282,6 @@ def _broken_tables(text: str) -> Iterator[bytes]:
     yield from (b"PAR1" + data, b"\x00" * 99, b"PAR1" * 9, b'"' + data, b"\xff" + data, b"#")
 
 
-# --- Options times commands ---
-
 _WORDS = [
     "", " ", "x", "-1", "0", "1", "2", "1e3", "1.5", "nan", "inf", "-inf", "1_0", "0x1F",
     "2147483648", "9223372036854775808", "18446744073709551616", "9" * 400, "True", "-", "--",
@@ -347,9 +338,6 @@ def _option_cases(robot: Robot) -> Iterator[Case]:
         for option, word in itertools.product(options, _WORDS):
             arguments = tuple(each.replace("{}", word) for each in template)
             yield Case((*arguments, *((option, word) if option else ())), data)
-
-
-# --- The tests ---
 
 
 def test_no_mechanism_file_breaks_a_command(

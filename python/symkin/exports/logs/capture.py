@@ -218,9 +218,6 @@ def _encoders(log: Log, robot: Mechanism) -> tuple[Array, Array]:
     return times, read_readings(table, columns, robot.reading_unit)
 
 
-# --- OptiTrack's Motive ---
-
-
 def _is_motive(log: Log) -> bool:
     return log.data[:2000].lstrip(b"\xef\xbb\xbf").startswith(b"Format Version,")
 
@@ -303,8 +300,6 @@ def _chosen(log: Log, bodies: Sequence[str], wanted: str, what: str) -> str:
         raise log.error(f'has no {what} "{wanted}"; expected {" or ".join(bodies) or "none"}')
     return wanted or (bodies[0] if bodies else "")
 
-
-# --- Vicon ---
 
 _VICON = ("Trajectories", "Segments", "Objects", "Global Coordinates")
 
@@ -394,9 +389,6 @@ def _length(log: Log, unit: str) -> float:
     if unit not in _UNITS:
         raise log.error(f'has lengths in "{unit}"; expected mm, cm or m')
     return _UNITS[unit]
-
-
-# --- ROS bags as CSV ---
 
 
 def _is_ros(log: Log) -> bool:

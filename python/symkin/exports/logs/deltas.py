@@ -155,9 +155,6 @@ def _is_configuration(log: Log) -> bool:
     return bool(re.search(rb"^\s*\[printer\]", log.data, re.MULTILINE))
 
 
-# --- Marlin ---
-
-
 def _is_marlin(log: Log) -> bool:
     return not _is_configuration(log) and bool(
         re.search(r"G33 Auto Calibrate|M48 Z-Probe Repeatability|\bBed X:", log.text, re.M)
@@ -245,9 +242,6 @@ def _set_by_g33(printer: _Printer, said: dict[str, float]) -> None:
 
 
 MARLIN = LogFormat("marlin", "Marlin's terminal", _is_marlin, _read_marlin)
-
-
-# --- RepRapFirmware ---
 
 
 def _is_reprap(log: Log) -> bool:

@@ -62,9 +62,6 @@ def _number(value: Any) -> float | None:
     return number if math.isfinite(number) else None
 
 
-# --- JSON ---
-
-
 def _is_json(log: Log) -> bool:
     return bool(re.match(rb"(?:\xef\xbb\xbf)?\s*(?:\[\s*)?\{\s*[\"}]", log.data[:2000]))
 
@@ -139,9 +136,6 @@ def _flat(log: Log, record: Mapping[str, Any]) -> dict[str, Any]:
 JSON = LogFormat("json", "records as JSON", _is_json, _read_json)
 
 
-# --- Excel ---
-
-
 def _is_excel(log: Log) -> bool:
     if not log.data.startswith(b"PK\x03\x04"):
         return False
@@ -211,8 +205,6 @@ def _header_of(rows: Sequence[Sequence[Any]]) -> int | None:
 
 EXCEL = LogFormat("excel", "an Excel sheet", _is_excel, _read_excel)
 
-
-# --- Maslow ---
 
 _BELTS = ("tl", "tr", "bl", "br")  # corners of the frame
 _ANCHOR = re.compile(
