@@ -119,7 +119,12 @@ def accept(
         over_all = limits_of_rms(*known, limit, fitted=of_frame)
         means = [_mean_of(errors[rows], own[rows]) for rows in visits]
         limits[kind] = [each and limits_of_rms(*each, limit) for each in means]
-        judged.append(_judged(kind, over_all, means, before[kind], judge, tested.failed))
+        of_poses = [
+            (*mean, own_limits)
+            for mean, own_limits in zip(means, limits[kind], strict=True)
+            if mean and own_limits
+        ]
+        judged.append(_judged(kind, over_all, of_poses, before[kind], judge, tested.failed))
     poses = tuple(
         TestedPose(
             tuple(tested.numbers[rows].tolist()),
@@ -212,17 +217,16 @@ def _mean_of(errors: Array, uncertainty: Array) -> tuple[Array, Array] | None:
 def _judged(
     kind: Kind,
     over_all: RmsLimits,
-    of_poses: Sequence[tuple[Array, Array] | None],
+    of_poses: Sequence[tuple[Array, Array, RmsLimits]],
     before: float,
     judge: Judge,
     failed: Sequence[int],
 ) -> Judged:
-    known = [each for each in of_poses if each is not None]
     tolerance = over_all.tolerance
     verdict: Verdict = over_all.verdict
     reason = ""
     if judge == "largest":
-        verdict = _of_every_pose(known, tolerance)
+        verdict = _of_every_pose(of_poses, tolerance)
     if over_all.contradicted:
         verdict = "undecided"
         reason = (
@@ -234,20 +238,19 @@ def _judged(
     if failed and verdict == "pass":
         verdict = "undecided"
         reason = f"the model cannot take {len(failed)} of the rows, so nothing is known of them"
-    error, uncertainty = max(known, key=lambda each: float(np.linalg.norm(each[0])))
+    error, uncertainty, _ = max(of_poses, key=lambda each: float(np.linalg.norm(each[0])))
     by_band = decide(float(np.linalg.norm(error)), float(uncertainty.max()), tolerance)
     return Judged(kind, over_all, before, by_band, verdict, reason)
 
 
-def _of_every_pose(poses: Sequence[tuple[Array, Array]], tolerance: float) -> Verdict:
+def _of_every_pose(poses: Sequence[tuple[Array, Array, RmsLimits]], tolerance: float) -> Verdict:
     """A pass if every pose passes; a failure if one fails, of which there are many to do so."""
-    limits = [limits_of_rms(*each, tolerance) for each in poses]
-    if all(each.upper <= tolerance for each in limits):
+    if all(each.upper <= tolerance for _, _, each in poses):
         return "pass"
-    risk = RISK / len(limits)
+    risk = RISK / len(poses)
     again = (
-        limits_of_rms(*pose, tolerance, risk=risk)
-        for pose, each in zip(poses, limits, strict=True)
+        limits_of_rms(error, uncertainty, tolerance, risk=risk)
+        for error, uncertainty, each in poses
         if each.lower >= tolerance
     )
     return "fail" if any(each.lower >= tolerance for each in again) else "undecided"

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from symkin.errors import SymkinError, did_you_mean
 from symkin.exports.common import MARK
 from symkin.model.poses import (
+    quaternions_from_rotation_vectors,
     rotations_from_quaternions,
     rotations_from_vectors,
     vectors_from_rotations,
@@ -521,9 +522,7 @@ def _of_quaternion(wxyz: Array) -> Array:
 
 
 def _quaternion(rotation: Array) -> Array:
-    from_vector = _vector(rotation) / 2
-    size = float(np.linalg.norm(from_vector))
-    return np.array([*(from_vector * np.sinc(size / np.pi)), np.cos(size)])
+    return np.asarray(quaternions_from_rotation_vectors(_vector(rotation)[None])[0])
 
 
 def _vector(rotation: Array) -> Array:
