@@ -30,6 +30,7 @@ __all__ = [
     "covariates_of",
     "last_moves",
     "last_session",
+    "late_clock",
     "observations_of",
     "sessions_of",
     "slopes_of",
@@ -121,6 +122,16 @@ def covariates_of(
                 each = moving(f"session{number}", what, rows.astype(float))
                 found.append(replace(each, is_reference=bool(number == last_session(measurements))))
     return tuple(found)
+
+
+def late_clock(mechanism: Mechanism, measurements: Measurements) -> tuple[Covariate, ...]:
+    """What a clock's offset would change; nothing where nobody says how fast the robot moved."""
+    if measurements.speeds is None and measurements.velocities is None:
+        return ()
+    try:
+        return tuple(_late(mechanism, measurements))
+    except SymkinError:  # of velocities that do not say it of all that was measured
+        return ()
 
 
 def _late(mechanism: Mechanism, measurements: Measurements) -> list[Covariate]:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Tests for what changes while a robot is measured: drift, steps, growth, backlash.
+"""Tests for what changes while a robot is measured: drift, steps, growth, backlash, a late clock.
 
 Every term is a covariate of the rows whose slope was held at zero. One step from the estimate says
 how large it would be and how many standard deviations that is, once all that the unknowns could
@@ -18,7 +18,13 @@ from numpy.typing import NDArray
 from symkin import _core
 from symkin.errors import SymkinError
 from symkin.estimate.changes import slopes_found
-from symkin.estimate.covariates import Covariate, clock, last_moves, observations_of
+from symkin.estimate.covariates import (
+    Covariate,
+    clock,
+    last_moves,
+    late_clock,
+    observations_of,
+)
 from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.evidence.residuals import ALARMS
 from symkin.estimate.fit import FALSE_ALARMS
@@ -38,6 +44,7 @@ __all__ = [
     "largest_of_steps",
     "rows_of_changes",
     "step_scores",
+    "thousandths",
     "usual",
     "whole_change",
 ]
@@ -57,9 +64,9 @@ class ChangeTest(Value):
     Attributes
     ----------
     what : str
-        "drift", "step", "growth" or "backlash".
+        "drift", "step", "growth", "backlash" or "clock".
     name : str
-        Of the slope, as an unknown: ``leg2.drift``, ``step63.x``, ``growth``.
+        Of the slope, as an unknown: ``leg2.drift``, ``step63.x``, ``growth``, ``clock``.
     leg : int
         The leg (from 0), or -1.
     row : int
@@ -67,7 +74,7 @@ class ChangeTest(Value):
     size, deviation : float
         Of the slope, in its unit: one step from the estimate.
     unit : str
-        "m", "rad", "1/K", or empty for a number.
+        "m", "rad", "1/K", "s", or empty for a number.
     statistic : float
         Standard normal for a sound robot; of a step the largest over all rows.
     p_value : float
@@ -209,6 +216,18 @@ def _terms(found: Found, rows: Rows) -> Iterator[_Term]:
             yield from _term(rows, "backlash", of, leg, moves[:, [leg]] * one)
         yield from _step(measured.row_numbers, rows, of, leg, one)
     yield from _term(rows, "growth", "", -1, warmth[:, None] * rows.by_growth)
+    late = [_along(rows, each) for each in late_clock(found.nominal, measured)]
+    if late:  # the same time in all that was seen
+        yield from _term(rows, "clock", "", -1, np.sum(late, axis=0))
+
+
+def _along(rows: Rows, late: Covariate) -> Array:
+    """Of a slope of readings, or of the base along the axis that it is named after, n x r."""
+    values = late.values[rows.order]
+    if late.of == "reading":
+        return np.asarray(np.einsum("nrl,nl->nr", rows.by_leg, values))
+    along = rows.components.index(late.name.rpartition("_")[2])
+    return np.asarray(values[:, None] * rows.by_base[..., along])
 
 
 def _term(rows: Rows, what: str, of: str, leg: int, column: Array) -> Iterator[_Term]:
@@ -374,7 +393,13 @@ def _names(found: Found, terms: Sequence[_Term]) -> tuple[list[str], tuple[str, 
     return names, slope_units(found.nominal, full, {"growth": per})
 
 
-_CODES = {"drift": "drifts", "step": "steps", "growth": "grows", "backlash": "has-backlash"}
+_CODES = {
+    "drift": "drifts",
+    "step": "steps",
+    "growth": "grows",
+    "backlash": "has-backlash",
+    "clock": "clock-late",
+}
 CHANGES = frozenset(_CODES.values())
 
 
@@ -394,6 +419,7 @@ def doubts_of_changes(tests: Sequence[ChangeTest]) -> Iterator[Doubt]:
         "step": {"step": [f"{worst.row}" if worst.leg >= 0 else f"frame:{worst.row}"]},
         "growth": {"growth": True},
         "backlash": {"backlash": True},
+        "clock": {"clock_offset": True},
     }
     legs = (worst.leg,) if worst.leg >= 0 else ()
     component = worst.name.partition(".")[2]
@@ -416,4 +442,9 @@ def _amount(test: ChangeTest) -> str:
     if test.what == "growth":
         per = "/K" if test.unit else ""
         return f"{1e6 * test.size:+.0f} +- {1e6 * test.deviation:.0f} ppm{per}"
-    return f"{1e3 * test.size:+.3g} +- {1e3 * test.deviation:.2g} m{test.unit}"
+    return thousandths(test.size, test.deviation, test.unit)
+
+
+def thousandths(size: float, deviation: float, unit: str) -> str:
+    """A size with its deviation, in thousandths of its unit."""
+    return f"{1e3 * size:+.3g} +- {1e3 * deviation:.2g} m{unit}"

@@ -219,6 +219,11 @@ DOUBTS: Mapping[str, Code] = {
         "{evidence}",
         "identify with {options}, or come to every pose from one side",
     ),
+    "clock-late": Code(
+        "the measuring device shows where the robot was {amount} before its readings: the clocks "
+        "of the two are not alike{evidence}",
+        "identify with {options}, or measure at rest",
+    ),
     "sessions-noise": Code(
         "the noise of session {session} is {times} times that of the others{evidence}",
         "identify with {options}, or state standard deviations by columns",

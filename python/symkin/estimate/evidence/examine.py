@@ -34,6 +34,7 @@ from symkin.estimate.evidence.fit_checks import (
     doubts_of_size,
 )
 from symkin.estimate.evidence.gross_errors import gross_errors
+from symkin.estimate.evidence.late import late_that_explains
 from symkin.estimate.evidence.measured import (
     coarse_readings,
     copied_rows,
@@ -77,6 +78,7 @@ _SHAPES = {
     *("depends-on-pose", "sags", "neighbours-alike", "neighbours-opposite"),
     *("legs-together", "estimators-disagree", "rows-unlike"),
 }
+_FAR = {*SESSIONS, "clock-late"}  # by which rows may be as far apart as one likes
 # What a change while it was measured brings about, too.
 _OF_RESIDUALS = (_SHAPES - CHANGES - SESSIONS) | {
     "residuals-large",
@@ -175,7 +177,7 @@ def _noticed(
     apart = [each.row for each in outliers]
     changes = [] if far else _changes(found, apart)
     if (found.unexplained or not found.converged) and whole_change(changes) is None:
-        changes = shift_that_explains(found) or changes
+        changes = shift_that_explains(found) or late_that_explains(found) or changes
     symptoms += changes
     if told_apart:
         if not far:
@@ -249,8 +251,8 @@ def _judged(estimate: Found, what: Noticed) -> Evidence:
     changed = whole_change(what.symptoms)
     if changed is not None:  # what it does to the residuals is not told beside it
         others = [each for each in what.symptoms if each.code not in _OF_RESIDUALS]
-        if changed.code in SESSIONS:  # which may be far apart, and then all else says nothing
-            others = [each for each in others if each.code in SESSIONS]
+        if changed.code in _FAR:  # and then all else says nothing
+            others = [each for each in others if each.code in _FAR]
         return Evidence((*others, *what.lasting), tried, complete=True)
     if what.symptoms or not found.converged:
         cause, rest = gross_errors(found)

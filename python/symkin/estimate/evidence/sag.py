@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import SymkinError
-from symkin.estimate.evidence.changes import Rows, rows_of_changes, usual
+from symkin.estimate.evidence.changes import Rows, rows_of_changes, thousandths, usual
 from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.evidence.residuals import ALARMS
 from symkin.estimate.found import Found
@@ -61,7 +61,7 @@ def doubts_of_sag(found: Found, apart: Sequence[int] = ()) -> Iterator[Doubt]:
     size = scores[worst] * deviation
     figures = {
         "component": worst,
-        "amount": f"{1e3 * size:+.3g} +- {1e3 * deviation:.2g} mm",
+        "amount": thousandths(size, deviation, "m"),
         "evidence": f" ({abs(scores[worst]):.1f} standard deviations, p {p_value:.1g})",
     }
     yield Doubt("sags", size=size, p=p_value, figures=figures)

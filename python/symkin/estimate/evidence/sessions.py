@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from symkin import _core
 from symkin.errors import SymkinError
 from symkin.estimate.covariates import sessions_of
-from symkin.estimate.evidence.changes import Rows, rows_of_changes
+from symkin.estimate.evidence.changes import Rows, rows_of_changes, thousandths
 from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.evidence.residuals import ALARMS
 from symkin.estimate.fit import FALSE_ALARMS
@@ -31,6 +31,7 @@ __all__ = [
     "SESSIONS",
     "SessionTest",
     "doubts_of_sessions",
+    "leaves_little",
     "session_tests",
     "shift_is_shown",
     "shift_that_explains",
@@ -306,8 +307,7 @@ def shift_that_explains(found: Found) -> list[Doubt]:
             tried = together(found.nominal, found.measurements, options)
         except SymkinError:
             continue
-        left = (tried.chi_square_ratio - 1) / (found.chi_square_ratio - 1)
-        most = tried.converged and (not tried.unexplained or left < _NEARLY)
+        most = tried.converged and leaves_little(found, tried)
         if most and (best is None or tried.chi_square_ratio < best[0]):
             best = tried.chi_square_ratio, tried, what
     if best is None:
@@ -315,10 +315,16 @@ def shift_that_explains(found: Found) -> list[Doubt]:
     _, tried, what = best
     moved = [each for each in tried.unknowns if "session" in each.name and each.column >= 0]
     worst = max(moved, key=lambda each: abs(each.value) / each.deviation)
-    amount = f"{1e3 * worst.value:+.3g} +- {1e3 * worst.deviation:.2g} m{worst.unit}"
+    amount = thousandths(worst.value, worst.deviation, worst.unit)
     told = {"whole": True, "evidence": "", "largest": worst.name, "amount": amount, "which": "and"}
     code = f"sessions-{what[0] if len(what) == 1 else 'moved'}"
     return [Doubt(code, (), (), worst.value, 0.0, told, {"sessions": [*already, *what]})]
+
+
+def leaves_little(found: Found, tried: Found) -> bool:
+    """Whether another estimate explains nearly all that noise does not of this one."""
+    left = (tried.chi_square_ratio - 1) / (found.chi_square_ratio - 1)
+    return not tried.unexplained or left < _NEARLY
 
 
 def shift_is_shown(tests: Sequence[SessionTest], score: float) -> bool:
@@ -352,6 +358,6 @@ def doubts_of_sessions(found: Found, tests: Sequence[SessionTest]) -> Iterator[D
     unit = found.nominal.reading_unit
     if not worst.largest.startswith("leg"):
         unit = "rad" if worst.largest.rpartition(".")[2] in ("phi", "rx", "ry", "rz") else "m"
-    amount = f"{1e3 * worst.size:+.3g} +- {1e3 * worst.deviation:.2g} m{unit}"
+    amount = thousandths(worst.size, worst.deviation, unit)
     what = [*(["noise"] if noise else []), *blocks]
     yield doubt(code, worst, what, which=which, largest=worst.largest, amount=amount)
