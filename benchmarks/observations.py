@@ -27,6 +27,7 @@ import numpy as np
 import symkin
 from symkin.analysis.observed import Observed
 from symkin.model.settings import Frames
+from symkin.planning.observing import where_observed
 from symkin.planning.simulation import disturb
 
 WITHIN = 1.959964
@@ -102,6 +103,14 @@ def held_in_a_plane() -> Case:
     return robot, Observed(("height",)), 60, {"free": ["leg?"]}
 
 
+def along_an_edge() -> Case:
+    """A hexapod that a dial gauge follows along a straightedge, nobody knows where that is."""
+    base = (0.0, 0.02, -0.775, 0.0, 0.0, 0.3)
+    robot = hexapod().replace(frames=Frames(base=base))
+    unknown: dict[str, Any] = {"frames": ["base"]}
+    return robot, Observed(("straightness",), base=base), 60, unknown
+
+
 def along_and_across() -> Case:
     """A hexapod whose position is seen to 10 um along the beam, and to 0.1 mm across."""
     base = (2.0, 1.5, -0.4, 0.2, 0.3, -0.1)
@@ -121,6 +130,7 @@ CASES: dict[str, Callable[[], Case]] = {
         tilt,
         position_and_tilt,
         held_in_a_plane,
+        along_an_edge,
         along_and_across,
     )
 }
@@ -152,6 +162,7 @@ def figures(case: Callable[[], Case], robots: int) -> Iterator[tuple[float, floa
     if case is held_in_a_plane:
         poses = np.column_stack([poses[:, :2], np.full(len(poses), SHEET)])
     observed = observed.in_frames(robot.frames)
+    poses = where_observed(robot, observed, poses)
     for seed in range(robots):
         actual = disturb(robot, seed)
         readings = actual.inverse_kinematics(poses)

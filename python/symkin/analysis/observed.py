@@ -44,7 +44,8 @@ class Observed:
     Attributes
     ----------
     kinds : tuple of str
-        ``"pose"`` of the target, or its ``"position"`` or ``"orientation"`` alone; ``"points"``;
+        ``"pose"`` of the target, or its ``"position"`` or ``"orientation"`` alone;
+        ``"straightness"``: its position but for x, as offsets from a straightedge; ``"points"``;
         ``"distance"`` of the target from anchors; ``"height"`` of the target above a plane, in
         space; ``"attitude"``: its roll, pitch and yaw, or ``"tilt"``: roll and pitch alone;
         ``"reported"``: the platform's own pose in the base frame, exactly, by a controller that
@@ -91,14 +92,14 @@ class Observed:
         for kind in kinds:
             one_of("observe", kind, Observable)
         object.__setattr__(self, "kinds", kinds)
-        whole = {"pose", "position", "orientation"}.intersection(kinds)
+        whole = {"pose", "position", "orientation", "straightness"}.intersection(kinds)
         if {"attitude", "tilt"}.issubset(kinds):
             raise SymkinError("observe has attitude and tilt, which is a part of it; expected one")
         if not kinds or len(set(kinds)) < len(kinds) or len(whole) > 1:
             shown = ", ".join(kinds) or "nothing"
             raise SymkinError(
                 f"observe is {shown}; expected each kind once, and one of pose, position, "
-                "orientation"
+                "orientation, straightness"
             )
         if "readings" in kinds and len(kinds) > 1:
             raise SymkinError("observe has readings, which means nothing else, beside other kinds")
@@ -210,7 +211,9 @@ class Observed:
 
         places = seen.translation[:, :size]
         poses = _pose_array(space, seen, errors("poses", places, (rows, dof)))
-        if not {"pose", "position"}.intersection(self.kinds):
+        if "straightness" in self.kinds:
+            poses[:, 0] = np.nan
+        elif not {"pose", "position"}.intersection(self.kinds):
             poses[:, :size] = np.nan
         if not {"pose", "orientation"}.intersection(self.kinds):
             poses[:, size:] = np.nan

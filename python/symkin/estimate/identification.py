@@ -14,6 +14,7 @@ from typing_extensions import TypeVar
 from symkin.analysis.probing import is_marked, is_probed, refuse_commanded, with_probing_defaults
 from symkin.analysis.promises import CONFIDENCE
 from symkin.analysis.reflectors import is_tracked, with_tracking_defaults
+from symkin.analysis.straightedge import is_along_edge, with_edge_held
 from symkin.data.measurements import Measurements
 from symkin.data.reading import MeasuredSessions, as_measurements
 from symkin.errors import SymkinError
@@ -256,6 +257,8 @@ def _wanted(
     if is_tracked(measurements):
         turned = bool(np.isfinite(measurements.poses).any())
         return with_tracking_defaults(wanted, mechanism, turned=turned)
+    if is_along_edge(measurements):
+        return with_edge_held(wanted, mechanism.space)
     if not is_probed(measurements):
         return wanted
     marked = is_marked(measurements)

@@ -131,9 +131,9 @@ def unknowns_of(
         of_leg = block.startswith("leg")
         curved = of_leg and own in ("sensor_quadratic", "sensor_cosine", "sensor_sine")
         slope = i >= len(of_drawing)
-        if not name or (column < 0 and ((curved and values[i] == 0) or slope)):
+        if not name or (column < 0 and (curved or slope) and values[i] == 0):
             continue
-        if not of_leg and column < 0 and not places.get(block, block[:5] == "ancho"):
+        if not of_leg and column < 0 and not places.get(block, slope or block[:5] == "ancho"):
             continue
         has_place = of_leg or places.get(block, True)
         tolerance = layout.tolerances[i]

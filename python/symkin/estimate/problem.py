@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from symkin import _core
 from symkin.analysis.observability import with_combinations
 from symkin.analysis.probing import is_marked, ruler, with_bed_radius
+from symkin.analysis.straightedge import edge_of, is_along_edge
 from symkin.data.measurements import ALL_LEGS, Measurements
 from symkin.data.observables import ATTITUDE, OBSERVABLES
 from symkin.errors import NotIdentifiableError, SymkinError
@@ -258,6 +259,8 @@ class Problem:
 
     def _with_posed_frames(self, base: bool, target: bool) -> Problem:
         given = self.mechanism.frames
+        if base and is_along_edge(self.measurements):
+            return self._with_edge()
         try:
             setup = _core.with_starting_frames(
                 self.mechanism.straight,
@@ -277,6 +280,13 @@ class Problem:
                 "nominally, in the [frames] of the mechanism's file"
             ) from error
         return dataclasses.replace(self, setup=setup)
+
+    def _with_edge(self) -> Problem:
+        """Start where the nominal robot's poses put a straightedge."""
+        edge = edge_of(self.mechanism, self.measurements)
+        placed = _core.Frame(edge.translation, edge.rotation)
+        made = setup_with(self.setup, self.mechanism.straight, base=placed)
+        return dataclasses.replace(self, setup=made)
 
     def _with_points(self, base: bool, target: bool) -> Problem:
         layout = self.layout

@@ -24,6 +24,7 @@ from symkin.analysis.promises import (
 )
 from symkin.analysis.promises import anywhere as largest_anywhere
 from symkin.analysis.reflectors import with_tracking_defaults
+from symkin.analysis.straightedge import with_edge_held
 from symkin.data.measurements import Measurements
 from symkin.data.observables import words_between_rows
 from symkin.errors import NotIdentifiableError, SymkinError
@@ -60,7 +61,8 @@ _RANK = 1e-9  # of the largest singular value, with the unknowns in their tolera
 _FEW_POSES = 200  # at which ranks are taken
 _BLOCK = 4096  # poses whose effects are held together
 SILENT = 0.9  # of a prior's deviation: the data will say next to nothing
-_TRACKED = frozenset({"pose", "position", "distance", "height"})  # positions beside points
+# Positions beside points.
+_TRACKED = frozenset({"pose", "position", "straightness", "distance", "height"})
 _BESIDE = (SCALE, BED, SAG, "target", "plane")  # are no part of the robot
 PRIORS_HOLD = 'prior "tolerances" holds parameters; a prior of its own, or fixed, anything'
 
@@ -198,6 +200,8 @@ class Survey(Value):
             )
         if observed.kinds == ("height",):
             wanted = with_probing_defaults(wanted)
+        if observed.kinds == ("straightness",):
+            wanted = with_edge_held(wanted, mechanism.space)
         if wanted.get("bow") is not None:
             probed = "height" in observed.kinds
             mechanism = with_bed_radius(mechanism, poses if probed else poses[:0])

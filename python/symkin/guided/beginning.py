@@ -28,7 +28,7 @@ from symkin.model.mechanism import Mechanism
 from symkin.model.poses import pose_rows
 from symkin.model.settings import IdentificationSettings
 from symkin.options import checks
-from symkin.planning.observing import is_probing, on_the_bed
+from symkin.planning.observing import where_observed
 from symkin.planning.prediction import check_wanted
 from symkin.planning.selection import (
     Region,
@@ -113,8 +113,7 @@ def measure(
         candidates = sample_workspace(mechanism, int(number), seed)
     poses = pose_rows(candidates)
     observed = Observed.of(mechanism, observe)
-    if is_probing(mechanism, observed) and observed is not None:
-        poses = on_the_bed(mechanism, observed, poses)
+    poses = where_observed(mechanism, observed, poses)
     given = {name: unknowns.get(name) for name in Unknowns.__annotations__}
     wanted = with_file_settings(given, mechanism.identification)
     if observed is not None and observed.kinds == ("height",):

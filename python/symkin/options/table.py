@@ -99,10 +99,11 @@ _ALL = (
            help="Of all such robots, that shall keep the accuracy, such as 0.95 or 95%."),
     # What is observed
     Option("observe", list[Observable], metavar="KIND", objects=True,
-           help="What is observed: pose (the default), position, orientation, points, distance, "
-                "height, attitude (roll, pitch and yaw), tilt (without yaw), reported (the "
-                "platform's pose by the controller), or readings alone; between rows 1 and 2, 3 "
-                "and 4, ...: separation, rise, offset. May be repeated."),
+           help="What is observed: pose (the default), position, orientation, straightness "
+                "(offsets from a straightedge, the device's x axis), points, distance, height, "
+                "attitude (roll, pitch and yaw), tilt (without yaw), reported (the platform's pose "
+                "by the controller), or readings alone; between rows 1 and 2, 3 and 4, ...: "
+                "separation, rise, offset. May be repeated."),
     Option("missing", float, default=0.0, metavar="FRACTION", least=0, most=1, seldom=_OBSERVING,
            help="Of the readings, that are not taken."),
     Option("spread", float, default=0.0, metavar="S", least=0, most=3, seldom=_OBSERVING,

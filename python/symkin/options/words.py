@@ -40,6 +40,7 @@ Observable = Literal[
     "pose",
     "position",
     "orientation",
+    "straightness",
     "points",
     "distance",
     "height",

@@ -26,7 +26,7 @@ from symkin.model.poses import pose_rows
 from symkin.model.symmetry import Carrying, map_poses
 from symkin.options import Visit, checks
 from symkin.planning.basis import ChosenPoses, PlanBasis
-from symkin.planning.observing import ObservedTask, is_probing, on_the_bed
+from symkin.planning.observing import ObservedTask, where_observed
 from symkin.planning.plan import Plan
 from symkin.planning.selection import (
     Clearance,
@@ -240,7 +240,8 @@ def make_plan(
         for everything that is unknown at once, as `identify` estimates it, with noise-aware rows;
         the design is "mechanism". With heights alone, a platform that never turns probes a bed:
         the candidates are put on the plane, which is unknown, and the tolerances are priors, as
-        `identify` has it.
+        `identify` has it. With straightness alone they are put on the edge, the x axis of the
+        device's frame.
     **unknowns
         `free`, `fixed`, `shared`, `tie`, `prior`, `frames` and `sensor` of `identify`: what is
         unknown; by default what the mechanism's `identification` says, or all parameters. Priors
@@ -262,11 +263,12 @@ def make_plan(
     visit = one_of("visit", visit or usual_visit(mechanism), Visit)
     if measured is not None:
         measured = as_measurements(measured, mechanism)
-    poses = pose_rows(candidates)
-    sample = candidates if isinstance(candidates, WorkspaceSample) else None
+    given = pose_rows(candidates)
     observed = Observed.of(mechanism, observe)
-    if is_probing(mechanism, observed) and observed is not None:
-        poses, sample = on_the_bed(mechanism, observed, poses), None
+    poses = where_observed(mechanism, observed, given)
+    sample = candidates if isinstance(candidates, WorkspaceSample) else None
+    if poses is not given:
+        sample = None
     survey = Survey.of(mechanism, poses, observed, unknowns)
     design = default_design(survey) if design is None else design
     demands = _Demands(

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from symkin.analysis.observability import RowKind
 from symkin.analysis.observed import Observed
+from symkin.analysis.straightedge import on_the_edge
 from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError
 from symkin.estimate.survey import PRIORS_HOLD, Survey, placed
@@ -17,7 +18,7 @@ from symkin.model.mechanism import Mechanism
 from symkin.model.settings import height_of_bed
 from symkin.planning.selection import Task
 
-__all__ = ["is_probing", "on_the_bed"]
+__all__ = ["is_probing", "where_observed"]
 
 Array = NDArray[np.float64]
 
@@ -73,14 +74,42 @@ def is_probing(mechanism: Mechanism, observe: Observed | None) -> bool:
     )
 
 
-def on_the_bed(mechanism: Mechanism, observe: Observed, poses: Array) -> Array:
-    """Poses moved along z to the plane that is observed, those that the workspace has there.
+def where_observed(mechanism: Mechanism, observe: Observed | None, poses: Array) -> Array:
+    """Poses moved to where all that is observed can be: to a bed, or a straightedge.
 
     Raises
     ------
     SymkinError
         If the workspace has none.
     """
+    if observe is None:
+        return poses
+    if is_probing(mechanism, observe):
+        return _on_the_bed(mechanism, observe, poses)
+    if observe.kinds == ("straightness",):
+        return _on_the_edge(mechanism, observe, poses)
+    return poses
+
+
+def _on_the_edge(mechanism: Mechanism, observe: Observed, poses: Array) -> Array:
+    moved = on_the_edge(placed(mechanism, observe)[1], poses)
+    if mechanism.workspace is None:
+        return moved
+    own, size = mechanism.workspace, mechanism.space.size
+    low = np.array(own.lower[:size]) - _FREE_ROOM
+    high = np.array(own.upper[:size]) + _FREE_ROOM
+    inside = ((moved[:, :size] >= low) & (moved[:, :size] <= high)).all(axis=1)
+    if not inside.any():
+        raise SymkinError(
+            "the straightedge, the x axis of the device's frame, does not go through the "
+            "workspace; say where it is: base in the [frames] of the mechanism's file, the robot's "
+            "base in that frame"
+        )
+    return np.asarray(moved[inside])
+
+
+def _on_the_bed(mechanism: Mechanism, observe: Observed, poses: Array) -> Array:
+    """Poses moved along z to the plane that is observed, those that the workspace has there."""
     plane = placed(mechanism, observe)[0].plane
     moved = np.array(poses)
     moved[:, 2] = height_of_bed(plane, moved)

@@ -256,7 +256,11 @@ def _held_factors(stated: Correction) -> Iterator[Correction]:
     for index, name in enumerate(nominal.parameter_names):
         drawn = nominal.parameters[:, index]
         kinds = {nominal.parameter_roles(leg)[index].kind for leg in range(len(nominal.legs))}
-        if not kinds <= {"gain", "length"} or not drawn.all() or not stated.model.holds(name):
+        if (
+            not kinds <= {"gain", "length"}
+            or not drawn.all()
+            or not stated.model.holds(name, stated.measurements)
+        ):
             continue
 
         def cause(fit: _core.JointFit, place: int = index, held: str = name) -> Doubt:

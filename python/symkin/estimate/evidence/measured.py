@@ -40,6 +40,7 @@ Array = NDArray[np.float64]
 
 # Two measurements of one pose differ by the noise; nearer than this share of it they are copies.
 _COPIED = 1e-3
+_EXACT = 1e-9  # rad or m: of readings without noise
 _NOTHING = -(2.0**60)  # in a cell where nothing was observed
 
 
@@ -193,8 +194,9 @@ def copied_rows(found: Found) -> NDArray[np.intp]:
         columns.append(values[:, scale > 0] / scale[scale > 0])
         known += np.isfinite(columns[-1]).sum(axis=1)
     few = known < space.dof
-    if few.any() and noise.reading > 0:
-        columns.append(np.where(few[:, None], measured.readings / noise.reading, 0.0))
+    if few.any():
+        size = noise.reading or _EXACT
+        columns.append(np.where(few[:, None], measured.readings / size, 0.0))
         known += np.isfinite(columns[-1]).sum(axis=1) * few
     if not len(known) or not known.any() or len(known) < 2:
         return np.zeros(0, dtype=np.intp)

@@ -78,7 +78,11 @@ def _held_as_exact(found: Found) -> Iterator[Note]:
     """Name what is held without a word of how well it is known, the device's scale among it."""
     known = {each.name for each in found.assumed}
     names = [
-        each.name for each in found.unknowns if each.status == "held" and each.name not in known
+        each.name
+        for each in found.unknowns
+        if each.status == "held"
+        and each.name not in known
+        and not each.name.startswith("session")  # of which nothing is drawn
     ]
     names += _of_the_device(found, known)
     if names:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from symkin import _core
 from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError
-from symkin.estimate.covariates import Covariate
+from symkin.estimate.covariates import Covariate, slopes_of
 from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.evidence.measured import Taken, nearer_other_root
 from symkin.estimate.evidence.watching import looked
@@ -52,11 +52,12 @@ class Statement:
         options = dataclasses.replace(self._options, max_iterations=steps)
         return Problem.of(self.mechanism, measurements, options, self._laid_out)
 
-    def holds(self, name: str) -> bool:
+    def holds(self, name: str, measurements: Measurements) -> bool:
         """Whether a parameter of the legs is held in all of them, which need not be so."""
         robot = self.mechanism
-        nothing = np.zeros((0, len(robot.legs)))
-        layout = self._laid_out(robot, core_setup(robot), self._options, nothing)
+        covariates = self._options.covariates(robot, measurements)
+        setup = core_setup(robot, slopes=slopes_of(covariates, len(robot.legs)))
+        layout = self._laid_out(robot, setup, self._options, measurements.readings, covariates)
         own = [i for i, each in enumerate(layout.scalars) if each.partition(".")[2] == name]
         free = layout.column[own] >= 0
         return bool(own) and not free.any() and not any(layout.always_held[i] for i in own)
