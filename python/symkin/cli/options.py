@@ -13,7 +13,7 @@ import math
 import re
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal, get_type_hints
+from typing import Annotated, Any, Literal, get_args, get_type_hints
 
 import typer
 
@@ -38,6 +38,7 @@ from symkin.options import (
     Loss,
     LossPer,
     PoseUse,
+    Prior,
     RowKind,
     SelectionMethod,
     Sensor,
@@ -562,13 +563,15 @@ def changes_of(given: Sequence[str] | None) -> dict[str, str] | None:
 
 
 def priors_of(given: Sequence[str] | None) -> Priors | None:
-    """Read ``tolerances``, or patterns with a standard deviation each."""
-    if given is None or given == ["tolerances"]:
-        return None if given is None else "tolerances"
+    """Read ``tolerances`` or ``fitted``, or patterns with a standard deviation each."""
+    if given is None:
+        return None
+    if len(given) == 1 and given[0] in get_args(Prior):
+        return given[0]
     priors = dict(each.rpartition("=")[::2] for each in given)
     if "" in priors:
         raise typer.BadParameter(
-            f'--prior is {", ".join(given)}; expected "tolerances", or patterns with a standard '
-            'deviation each, such as "leg1.*=0.1 mm"'
+            f'--prior is {", ".join(given)}; expected "tolerances", "fitted", or patterns with a '
+            'standard deviation each, such as "leg1.*=0.1 mm"'
         )
     return priors

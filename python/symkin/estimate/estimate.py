@@ -109,6 +109,9 @@ class Estimate(Examined[M], FolderResult):
         the estimates; `covariance` contains it, `observed_covariance` does not.
     relations : ndarray
         Priors of several unknowns together, as `prior_rows` has all of them.
+    fitted_prior : FittedPrior or None
+        What the measurements say of the tolerances, if that was asked for; `covariance` contains
+        what it leaves open.
     session_noise : tuple of float
         Times the declared noise, of each session in the order of their numbers, if that was asked
         for; `measurements` have these deviations then.

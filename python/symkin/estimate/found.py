@@ -15,6 +15,7 @@ from symkin import _core
 from symkin.data.measurements import Measurements
 from symkin.estimate.assumed import Assumed
 from symkin.estimate.conflict import DrawingConflict
+from symkin.estimate.fitted_prior import FittedPrior
 from symkin.estimate.options import EstimateOptions, Estimator
 from symkin.estimate.parameters import Unknown
 from symkin.estimate.problem import Rows
@@ -210,11 +211,21 @@ class Found(Value, Generic[M]):
     assumed: tuple[Assumed, ...] = ()
     session_noise: tuple[float, ...] = ()
     relations: Array = field(private=True, default_factory=lambda: np.zeros((0, 0)))
+    fitted_prior: FittedPrior | None = None
+
+    @property
+    def own_priors(self) -> Array:
+        """Standard deviations of the priors of each unknown, beside `relations`; NaN without."""
+        priors = np.array([each.prior for each in self.first_unknowns])
+        if self.fitted_prior is not None:
+            joint = np.isin(self.names, self.fitted_prior.names)
+            priors[joint] *= self.fitted_prior.widening
+        return priors
 
     @property
     def prior_rows(self) -> Array:
         """Rows that the priors make of the unknowns' changes independent and standard normal."""
-        priors = np.array([each.prior for each in self.first_unknowns])
+        priors = self.own_priors
         own = np.diag(np.nan_to_num(1 / priors))[np.isfinite(priors)]
         return np.vstack([own, self.relations]) if len(self.relations) else own
 

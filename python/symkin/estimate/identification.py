@@ -117,9 +117,11 @@ def identify(
         carries onto each other. Parameters that are equal, or multiples, are one
         draw of the workshop, with one prior; of a sum that was measured all keep theirs. Behind it
         ``, one draw`` or ``, measured`` says which, and ``within 10 um`` that it holds nearly.
-    prior : "tolerances", or mapping of str to float or str, optional
-        Standard deviations about the drawing: the tolerances of everything unknown that has one, or
-        one for each pattern, in SI units or as an expression (``"0.1 mm"``).
+    prior : "tolerances", "fitted", or mapping of str to float or str, optional
+        Standard deviations about the drawing: the tolerances of everything unknown that has one;
+        the same times a scale, and with a share that legs have in common, both as the measurements
+        say, see `FittedPrior`; or one for each pattern, in SI units or as an expression
+        (``"0.1 mm"``).
     frames : sequence of {"base", "target", "points", "anchors", "plane"}, optional
         What is unknown of the frames, see `Frames`: the base in the frame of the measuring device,
         the target on the platform, further targets, fixed points, the plane that a probe touches.

@@ -137,7 +137,7 @@ def unknowns_of(
             continue
         has_place = of_leg or places.get(block, True)
         tolerance = layout.tolerances[i]
-        prior = layout.prior[column] if column >= 0 else np.nan
+        prior = layout.prior_of(i) if column >= 0 else np.nan
         found.append(
             Unknown(
                 name=name,
@@ -180,7 +180,7 @@ def _status(layout: Layout, scalar: int, deviation: float, hidden: Array) -> Sta
             REDUNDANT: "held, since the sensor's offset does the same",
         }
         return reasons.get(layout.always_held[scalar], "held")
-    prior = layout.prior[column]
+    prior = layout.prior[column] if scalar in layout.roles else layout.prior_of(scalar)
     if np.isfinite(prior) and deviation > _SILENT * prior:
         return "held by its prior: not shown by the data"
     if deviation > _SHOWN * prior:

@@ -271,6 +271,8 @@ def survey_of(found: Found, robot: Mechanism, observed: Observable = "pose") -> 
     # Some may have been held to settle the gauge.
     held = [i for i, name in enumerate(layout.names) if name not in found.names]
     layout = layout.without(held) if held else layout
+    if found.fitted_prior is not None:
+        layout = found.fitted_prior.on(layout)
     seen = Observed((observed,))
     if observed == "pose" and is_tracked(found.measurements):
         seen = Observed(("points",), points=robot.frames.points if robot.frames else ())
@@ -555,10 +557,9 @@ def _off_the_plane(places: Array, heights: Array) -> float:
 
 def _prior_covariance(found: Found) -> Array:
     """What the tolerances and priors say of the unknowns; nothing of the frames."""
-    known = [
-        each.prior if np.isfinite(each.prior) else each.tolerance for each in found.first_unknowns
-    ]
-    diagonal = np.diag(np.nan_to_num(np.array(known)) ** 2)
+    own = found.own_priors
+    tolerances = np.array([each.tolerance for each in found.first_unknowns])
+    diagonal = np.diag(np.nan_to_num(np.where(np.isfinite(own), own, tolerances)) ** 2)
     if not len(found.relations):
         return diagonal
     # As if each of them were measured beside these, one by one.

@@ -20,6 +20,7 @@ from symkin.data.measurements import ALL_LEGS, Measurements
 from symkin.data.observables import ATTITUDE, OBSERVABLES
 from symkin.errors import NotIdentifiableError, SymkinError
 from symkin.estimate.covariates import Covariate, observations_of, sessions_of, slopes_of
+from symkin.estimate.fitted_prior import FittedPrior, fitted_prior
 from symkin.estimate.options import EstimateOptions, Loss
 from symkin.estimate.starting import setup_by_points, starting_poses
 from symkin.estimate.unknowns import Layout
@@ -141,6 +142,7 @@ class Problem:
     noise: NoiseSettings
     options: EstimateOptions
     covariates: tuple[Covariate, ...] = ()
+    fitted_prior: FittedPrior | None = None
 
     @classmethod
     def of(
@@ -407,8 +409,31 @@ class Problem:
         same = layout.scalars == self.layout.scalars
         return made._moved(layout.shift - self.layout.shift) if same else made
 
+    def has_loss(self, fit: _core.JointFit) -> bool:
+        """Whether a fit follows the residuals that a loss keeps."""
+        return self.options.loss != "none" or math.isfinite(fit.student_degrees)
+
+    def covariance_of(self, fit: _core.JointFit) -> Array:
+        """Of a fit's unknowns, by noise and priors as they are declared, or as a loss has them."""
+        return np.asarray(fit.covariance if self.has_loss(fit) else fit.model_covariance)
+
+    def with_fitted_prior(self, fit: _core.JointFit) -> tuple[Problem, _core.JointFit]:
+        """Fit scale and share of the tolerances, if that was asked for, and once more by them."""
+        if self.options.prior != "fitted" or not fit.converged:
+            return self, fit
+        prior = fitted_prior(self.mechanism, self.layout, fit.change, self.covariance_of(fit))
+        if prior is None:
+            return self, fit
+        problem = self.with_layout(prior.on(self.layout))
+        problem = dataclasses.replace(problem, fitted_prior=prior)
+        return problem, problem.fit(nearest=self.options.gauge == "nominal")
+
     def resolved(self) -> tuple[Problem, _core.JointFit, str]:
-        """Fit under the gauge that was asked for; says what it did."""
+        """Fit under the gauge that was asked for, and a prior; says what the gauge did."""
+        problem, fit, gauge = self._in_gauge()
+        return *problem.with_fitted_prior(fit), gauge
+
+    def _in_gauge(self) -> tuple[Problem, _core.JointFit, str]:
         gauge = self.options.gauge
         if gauge == "nominal":
             fit = self.fit(nearest=True)

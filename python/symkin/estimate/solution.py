@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -49,18 +48,22 @@ def together(mechanism: Mechanism, measurements: Measurements, options: Estimate
         problem, fit, rejected = without_blunders(problem)
     if options.noise == "estimate":
         problem, fit = estimated_noise(problem, fit)
+        problem, fit = problem.with_fitted_prior(fit)
     session_noise: tuple[float, ...] = ()
     if "noise" in options.sessions:
         problem, fit, session_noise = noise_of_sessions(problem, fit)
+        problem, fit = problem.with_fitted_prior(fit)
         measurements = problem.measurements
     known, assumed = _Known.of(problem, fit), assumed_of(problem, fit)
     total = widened(known.covariance, assumed)
+    if problem.fitted_prior is not None:
+        total = total + problem.fitted_prior.spread
     values, deviations, signs, calibrated = _calibrated(mechanism, problem, fit, total)
     with np.errstate(invalid="ignore"):
         declared = np.append(np.sqrt(np.diag(known.model)), np.nan)[problem.layout.column]
     unseen, layout = np.asarray(fit.unseen) * signs[:, None], problem.layout
     mirrored = np.outer(signs, signs)
-    every = tuple(range(len(mechanism.legs)))
+    every, prior = tuple(range(len(mechanism.legs))), problem.fitted_prior
     conditions = np.array(fit.conditions, dtype=np.intp)
     return Found(
         mechanism=calibrated,
@@ -92,6 +95,7 @@ def together(mechanism: Mechanism, measurements: Measurements, options: Estimate
         assumed=tuple(replace(each, moves=each.moves * signs) for each in assumed),
         session_noise=session_noise,
         relations=layout.relations * signs,
+        fitted_prior=None if prior is None else prior.signed(layout.names, signs),
     )
 
 
@@ -108,8 +112,7 @@ class _Known(NamedTuple):
     def of(cls, problem: Problem, fit: _core.JointFit) -> _Known:
         """Of a fit: the larger of both factors widens all variances."""
         layout = problem.layout
-        has_loss = problem.options.loss != "none" or math.isfinite(fit.student_degrees)
-        model = fit.covariance if has_loss else fit.model_covariance
+        has_loss, model = problem.has_loss(fit), problem.covariance_of(fit)
         noise = 1.0
         if not has_loss and fit.goodness.chi_square > fit.goodness.limit:
             noise = fit.goodness.chi_square / fit.goodness.degrees_of_freedom

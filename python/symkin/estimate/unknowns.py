@@ -20,7 +20,7 @@ from symkin.model.core_setup import scalar_values
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import IdentificationSettings
 from symkin.model.tolerances import parameter_tolerances
-from symkin.options import Frame, Gauge, LossPer, Sensor
+from symkin.options import Frame, Gauge, LossPer, Prior, Sensor
 from symkin.storage.quantities import evaluate_quantity
 from symkin.values import Value, field, record
 
@@ -40,6 +40,7 @@ __all__ = [
     "matches_name",
     "noise_of_file",
     "slope_units",
+    "widening_of",
     "with_file_settings",
 ]
 
@@ -100,6 +101,9 @@ class Layout(Value):
     near : tuple of (dict of int to float, float, float)
         Sums of scalars that are nearly known: factors, by how much the drawing's is too large, and
         its standard deviation.
+    joint_prior : (tuple of int, ndarray) or None
+        Scalars whose changes since the drawing are normal with this covariance, instead of by their
+        own `deviations`.
     """
 
     scalars: tuple[str, ...]
@@ -116,6 +120,7 @@ class Layout(Value):
     deviations: Array = field(default_factory=lambda: np.zeros(0))
     near: tuple[tuple[dict[int, float], float, float], ...] = ()
     relations: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    joint_prior: tuple[tuple[int, ...], Array] | None = None
 
     @classmethod
     def of(
@@ -266,6 +271,7 @@ class Layout(Value):
             roles=(),
             deviations=np.full(len(named), np.inf),
             near=(),
+            joint_prior=None,
         )._settled()
 
     @property
@@ -289,6 +295,39 @@ class Layout(Value):
         """What the priors say, as an information matrix."""
         return np.diag(self.prior**-2.0) + self.relations.T @ self.relations
 
+    def prior_information_of(self, scalars: Sequence[int]) -> Array:
+        """What their own priors say of scalars with columns, as an information matrix."""
+        if self.joint_prior is None:
+            return np.asarray(np.diag(self.deviations[list(scalars)] ** -2.0))
+        places = [self.joint_prior[0].index(each) for each in scalars]
+        return np.asarray(np.linalg.inv(self.joint_prior[1][np.ix_(places, places)]))
+
+    def prior_of(self, scalar: int) -> float:
+        """Standard deviation of the prior of a scalar with a column, whatever others have."""
+        if self.joint_prior is not None and scalar in self.joint_prior[0]:
+            return float(self.deviations[scalar])
+        return float(self.prior[self.column[scalar]])
+
+    def with_joint_prior(self, scalars: tuple[int, ...], covariance: Array) -> Layout:
+        """Return it with one prior for several scalars in place of their own."""
+        deviations = np.array(self.deviations)
+        deviations[list(scalars)] = np.sqrt(np.diag(covariance))
+        made = replace(self, deviations=deviations, joint_prior=(scalars, covariance))
+        return made._settled()
+
+    def _joint_rows(self) -> tuple[NDArray[np.intp], Array, Array]:
+        """Columns of a joint prior, and its parts: a deviation of each alone, and rows."""
+        assert self.joint_prior is not None
+        scalars, covariance = (np.array(each) for each in self.joint_prior)
+        kept = self.column[scalars] >= 0
+        of_kept = covariance[np.ix_(kept, kept)]
+        own = np.sqrt(np.diag(of_kept))
+        wide = widening_of(of_kept)
+        values, vectors = np.linalg.eigh(of_kept / np.outer(own, own))
+        rest = np.maximum(1 / values - wide**-2, 0.0)
+        rows = (np.sqrt(rest) * vectors).T[rest > 0] / own
+        return self.column[scalars[kept]], wide * own, rows
+
     def _settled(self) -> Layout:
         """Return it with the priors of its columns, starting where they are met best."""
         by, count = self.by_columns, len(self.names)
@@ -296,6 +335,12 @@ class Layout(Value):
         widths = np.zeros(count)
         np.maximum.at(widths, self.column[own], self.deviations[own])
         precisions = np.divide(1.0, widths**2, out=np.zeros(count), where=widths > 0)
+        joint = np.zeros((0, count))
+        if self.joint_prior is not None:
+            columns, alone, of_columns = self._joint_rows()
+            precisions[columns] = alone**-2.0
+            joint = np.zeros((len(of_columns), count))
+            joint[:, columns] = of_columns
         sums = [scalar for scalar in self.sums if np.isfinite(self.deviations[scalar])]
         rows = [by[scalar] / self.deviations[scalar] for scalar in sums]
         rows += [self._sum_of(by, factors) / deviation for factors, _, deviation in self.near]
@@ -308,7 +353,7 @@ class Layout(Value):
         return replace(
             self,
             prior=prior,
-            relations=np.array(together).reshape(-1, count),
+            relations=np.vstack([np.array(together).reshape(-1, count), joint]),
             shift=self._nearest(by),
         )
 
@@ -352,7 +397,7 @@ class Layout(Value):
         """Return it with priors; columns that have one keep it where they are given none."""
         known = np.array(self.deviations)
         if isinstance(prior, str):
-            one_of("prior", prior, ("tolerances",))
+            one_of("prior", prior, Prior)
             columns = self.column[np.isfinite(known) & (self.column >= 0)]
             has_none = np.isinf(known) & ~np.isin(self.column, columns) & (self.tolerances > 0)
             return replace(self, deviations=np.where(has_none, self.tolerances, known))._settled()
@@ -501,6 +546,12 @@ class _Names:
                 raise SymkinError(f'{option} "{pattern}": {name} is held, {reason}')
             found |= may_be_free
         return found
+
+
+def widening_of(covariance: Array) -> float:
+    """Times the deviation of each variable at which normal ones of its own never say too much."""
+    own = np.sqrt(np.diag(covariance))
+    return float(np.sqrt(np.linalg.eigvalsh(covariance / np.outer(own, own))[-1]))
 
 
 def matches_name(name: str, pattern: str) -> bool:

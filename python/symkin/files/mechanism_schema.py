@@ -17,7 +17,7 @@ import re
 import sys
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -37,7 +37,7 @@ from symkin.model.settings import (
     Tolerances,
     WorkspaceSettings,
 )
-from symkin.options import OPTIONS, Option, Platform
+from symkin.options import OPTIONS, Option, Platform, Prior
 from symkin.storage.quantities import counts_steps, evaluate_quantity, unit_factor
 from symkin.storage.toml_file import (
     Kind,
@@ -172,7 +172,7 @@ def _prior(raw: Any) -> Any:
     if isinstance(raw, dict):
         number = Kind(_number_or_text, {})
         return {name: read_at(name, number, each) for name, each in raw.items()}
-    return choice("tolerances").read(raw)
+    return choice(*get_args(Prior)).read(raw)
 
 
 def _assumed(raw: Any) -> Any:
@@ -255,7 +255,7 @@ IDENTIFICATION = table(
             _prior,
             {
                 "anyOf": [
-                    {"const": "tolerances"},
+                    {"enum": list(get_args(Prior))},
                     {"type": "object", "additionalProperties": {"type": ["number", "string"]}},
                 ]
             },

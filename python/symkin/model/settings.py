@@ -352,7 +352,7 @@ class IdentificationSettings(_Settings):
     tie : tuple of str or None
         Equations of parameters, exact or within a standard deviation.
     prior : str, mapping of str to float or str, or None
-        ``"tolerances"``, or a standard deviation for each pattern.
+        ``"tolerances"``, ``"fitted"``, or a standard deviation for each pattern.
     frames : tuple of str
         Of ``"base"``, ``"target"``, ``"points"``, ``"anchors"`` and ``"plane"``.
     sensor, gauge, loss_per : str or None

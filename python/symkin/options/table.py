@@ -123,7 +123,8 @@ _ALL = (
            help="Parameters that follow others: 'leg1.distal_length = leg2.distal_length', with "
                 "factors and sums ('... = 0.2 m'), nearly ('... within 10 um'); may be repeated."),
     Option("prior", dict, metavar="PRIOR", objects=True,
-           help="'tolerances', or PATTERN=DEVIATION about the drawing, such as 'base.*=1 mm'."),
+           help="'tolerances'; 'fitted', these times a scale and with the share that legs have in "
+                "common, as measured; or PATTERN=DEVIATION about the drawing: 'base.*=1 mm'."),
     Option("frames", list[Frame], metavar="FRAME",
            help="Unknown: base, target, points, anchors or plane. May be given several times, as "
                 "may the patterns, or several in one, with commas."),

@@ -19,6 +19,7 @@ __all__ = [
     "Observable",
     "Platform",
     "PoseUse",
+    "Prior",
     "RowKind",
     "SelectionMethod",
     "Sensor",
@@ -54,6 +55,7 @@ Observable = Literal[
 ]
 Platform = Literal["rigid", "point", "translating", "spherical", "schoenflies"]
 PoseUse = Literal["all", "own"]
+Prior = Literal["tolerances", "fitted"]
 RowKind = Literal["paper", "noise_aware"]
 SelectionMethod = Literal["exchange", "sun_hollerbach", "exhaustive", "random", "all"]
 Sensor = Literal["linear", "quadratic", "eccentric"]

@@ -16,6 +16,7 @@ from symkin.analysis.workspace import workspace_coordinates
 from symkin.estimate.covariates import sessions_of
 from symkin.estimate.estimate import CORRECTED, REDRAWN, Estimate
 from symkin.estimate.evidence.findings import few
+from symkin.estimate.fitted_prior import FittedPrior
 from symkin.estimate.parameters import Unknown, shared_by_role
 from symkin.estimate.problem import KINDS
 from symkin.estimate.sharing import written_tie
@@ -225,6 +226,8 @@ def _headlines(found: Estimate) -> Iterator[Headline]:
         if left_out:
             remark += f"; without what was rejected at {plural(len(left_out), 'pose')}"
         yield "Chi-square per degree", significant(found.chi_square_ratio), remark
+    if found.fitted_prior is not None:
+        yield _prior_headline(found.fitted_prior)
     if found.converged and found.directions and not found.unseen:
         yield _known_worst(found)
 
@@ -346,6 +349,7 @@ def parameter_section(found: Estimate, actual: Mechanism | None = None) -> Secti
     if found.options.tie:
         paragraphs.append(f"Tied: {'; '.join(_tied(found))}.")
     parts: list[Table | Image] = [_parameter_table(found, actual), *_noise_table(found)]
+    parts += _prior_table(found)
     if actual is not None:
         paragraphs.append(_coverage(_in_deviations(found, actual)))
         parts.append(
@@ -491,6 +495,33 @@ def _noise_table(found: Estimate) -> list[Table]:
     ]
     columns = ("Noise of", "Declared", "Estimated")
     return [Table("Standard deviations of the noise", columns, [Group(rows)], brief=True)]
+
+
+def _prior_headline(prior: FittedPrior) -> Headline:
+    """What tolerances became by the measurements."""
+    parts = [f"{_share(each.share)} of {each.kind}s" for each in prior.common]
+    told = f"in common: {', '.join(parts)}" if parts else "no leg is another's image"
+    return "Tolerances, fitted", f"{significant(prior.scale, 2)} times", told
+
+
+def _prior_table(found: Estimate) -> list[Table]:
+    """What the measurements say of the tolerances, if that was asked for."""
+    prior = found.fitted_prior
+    if prior is None:
+        return []
+    best = int(np.argmax(prior.weights))
+    mean, likeliest = (significant(each, 2) for each in (prior.scale, float(prior.scales[best])))
+    rows = [("times the stated tolerances", mean, likeliest, _share(prior.weights[best]))]
+    for each in prior.common:
+        best = int(np.argmax(each.weights))
+        likeliest, weight = _share(each.shares[best]), _share(each.weights[best])
+        rows.append((f"common share of {each.kind}s", _share(each.share), likeliest, weight))
+    columns = ("Of the prior", "Mean", "Likeliest", "Its weight")
+    return [Table("The prior, as fitted", columns, [Group(rows)])]
+
+
+def _share(share: float) -> str:
+    return f"{100 * share:.0f} %"
 
 
 def _accuracy_section(found: Estimate) -> Section:

@@ -80,7 +80,7 @@ def test_a_file_says_what_is_unknown_unless_an_option_does(measured, tmp_path, c
         (["--frames", "bases"], "frames is 'bases'; expected \"base\""),
         (
             ["--prior", "base_radius"],
-            'expected "tolerances", or patterns with a standard deviation',
+            'expected "tolerances", "fitted", or patterns with a standard',
         ),
         (["--prior", "base_radius=1 deg"], 'the prior of "base_radius"'),
         (["--estimator", "paper", "--shared", "sensor_gain"], 'expected "joint" here, since'),

@@ -235,9 +235,9 @@ def _sensors(stated: Correction) -> Iterator[Correction]:
 
         return of
 
-    given = {} if stated.options.prior in (None, "tolerances") else stated.options.prior
-    if isinstance(given, str):
-        return
+    given = stated.options.prior
+    if isinstance(given, str) or given is None:
+        given = {}
     for legs in _sets(count, alone=True):
         for name, width in widths.items():
             if name in named:

@@ -79,6 +79,8 @@ def alternatives_of(found: Found) -> list[Alternative]:
     if found.legs:
         return []  # where every parameter is free, the tests of the closures tell
     options = dataclasses.replace(options, noise=found.noise)
+    if options.prior == "fitted":  # of both models the same, or else chi-squares do not compare
+        options = dataclasses.replace(options, prior="tolerances")
     wider: list[tuple[str, EstimateOptions, EstimateOptions]] = []
     if options.sensor == "linear" and found.mechanism.curvature is None:
         wider.append(("quadratic", options, dataclasses.replace(options, sensor="quadratic")))
