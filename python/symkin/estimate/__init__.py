@@ -13,6 +13,7 @@ from symkin.estimate.options import EstimateOptions, Estimator, Loss, PoseUse
 from symkin.estimate.parameters import Unknown
 from symkin.estimate.precision import Heights, Shown
 from symkin.estimate.problem import Rows
+from symkin.estimate.strain import Strain
 
 __all__ = [
     "CrossValidation",
@@ -32,6 +33,7 @@ __all__ = [
     "ResidualTest",
     "Rows",
     "Shown",
+    "Strain",
     "Unknown",
     "cross_validate",
     "identify",

@@ -208,6 +208,7 @@ class Estimate(Examined[M], FolderResult):
                 "hypotheses": plain(self.hypotheses),
                 "known_worst_and_best": plain(self.directions),
                 "correlations": plain(self.correlations),
+                "strains": plain(self.strains),
                 "expected_accuracy": plain(self.expected),
                 "influence": plain(self.influence),
                 f"residual_before_rms_{unit}": plain(self.nominal_residual_rms),

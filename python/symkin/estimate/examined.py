@@ -42,6 +42,7 @@ from symkin.estimate.precision import (
     promising,
 )
 from symkin.estimate.solution import settled, together
+from symkin.estimate.strain import Strain, strains_of
 from symkin.files.mechanism_writer import can_be_read
 from symkin.model.mechanism import Mechanism
 from symkin.values import field, record
@@ -259,6 +260,12 @@ class Examined(Found[M]):
     def correlations(self) -> tuple[Correlation, ...]:
         """Pairs of unknowns that are told apart worst."""
         return correlations_of(self.covariance, self.names)
+
+    @property
+    @once
+    def strains(self) -> tuple[Strain, ...]:
+        """How far ties that hold within a deviation are pulled, each against all else."""
+        return strains_of(self)
 
     @property
     @once

@@ -20,6 +20,7 @@ from symkin.estimate.fitted_prior import FittedPrior
 from symkin.estimate.parameters import Unknown, shared_by_role
 from symkin.estimate.problem import KINDS
 from symkin.estimate.sharing import written_tie
+from symkin.estimate.strain import Strain
 from symkin.estimate.ties import MEASURED, ONE_DRAW, equation_of, meaning_of
 from symkin.files.mechanism_file import typed_name
 from symkin.model.mechanism import Mechanism
@@ -367,11 +368,29 @@ def parameter_section(found: Estimate, actual: Mechanism | None = None) -> Secti
 def _tied(found: Estimate) -> Iterator[str]:
     """Ties as they were written, with what they mean to priors."""
     units = {each.name: each.unit for each in found.unknowns if each.name.startswith("leg")}
+    strains = {each.tie: each for each in found.strains}
     for text in found.options.tie:
         for each in written_tie(found.nominal, text):
             tie = equation_of(each, units)
-            said = tie.within or meaning_of(each)[1] or not len(found.prior_rows)
+            if tie.within:
+                yield f"{each} ({_strained(strains[each])})"
+                continue
+            said = meaning_of(each)[1] or not len(found.prior_rows)
             yield each if said else each + (MEASURED if tie.measured else ONE_DRAW)
+
+
+def _strained(strain: Strain) -> str:
+    """How far a tie is pulled."""
+    factor, unit = on_paper(strain.unit)
+    off = f"{significant(factor * abs(strain.size), 2)} {unit}".rstrip()
+    times = significant(abs(strain.size) / strain.deviation, 2)
+    told = f"the estimate is {off} off it, {times} of its deviations"
+    if not math.isfinite(strain.others):
+        return told
+    others, known = (
+        significant(factor * each, 2) for each in (strain.others, strain.others_deviation)
+    )
+    return f"{told}; all else has {others} +- {known} {unit}".rstrip()
 
 
 def _origin_of_deviations(found: Estimate) -> str:

@@ -206,6 +206,26 @@ def test_a_tie_within_a_deviation_and_a_sum_of_three_are_priors_of_several_unkno
         laid_out(tie=[f"{lengths[0]} = {lengths[1]} within 1 rad"])
 
 
+def test_a_tie_within_a_deviation_is_weighed_against_all_else(robot, measured):
+    pair = ("leg1.distal_length", "leg2.distal_length")
+    free = symkin.identify(robot, measured, prior="tolerances")
+    a, b = (free.params[name].value for name in pair)
+    places = [free.names.index(name) for name in pair]
+    spread = np.sqrt([1, -1] @ free.covariance[np.ix_(places, places)] @ [1, -1])
+    for more, doubted in ((0.0, False), (5e-3, True)):
+        tie = f"{' = '.join(pair)} + {more} m within 10 um"
+        found = symkin.identify(robot, measured, prior="tolerances", tie=[tie])
+        (strain,) = found.strains
+        # All else is the estimate without the tie.
+        others = a - b - more
+        assert strain.others == pytest.approx(others, rel=1e-2)
+        assert strain.others_deviation == pytest.approx(spread, rel=1e-2)
+        assert strain.statistic == pytest.approx(others / np.hypot(spread, 1e-5), rel=1e-2)
+        assert ("tie-strained" in {each.code for each in found.doubts}) == doubted
+        assert any("of its deviations; all else has" in each
+                   for each in parameter_section(found).paragraphs)  # fmt: skip
+
+
 def test_ties_are_said_in_the_file_and_on_the_command_line_and_load_back(robot, measured, tmp_path):
     tie = "leg1.platform_radius = leg3.platform_radius, measured"
     settings = IdentificationSettings(tie=(tie,))

@@ -282,6 +282,11 @@ DOUBTS: Mapping[str, Code] = {
         "these numbers were computed from the drawing: it explains the observations better than "
         "noise lets a real robot's be explained"
     ),
+    "tie-strained": Code(
+        'the tie "{tie}" does not hold so well: all else has its left side larger by {amount}, '
+        "which is {times:.1f} standard deviations (p {p:.1g})",
+        "leave the tie out, or say how well it really holds",
+    ),
     "parameters-far": Code("parameters are further from the drawing than is plausible: {names}"),
 }
 

@@ -25,7 +25,11 @@ from symkin.estimate.evidence.corrections import (
     hypotheses_of,
     likely_cause,
 )
-from symkin.estimate.evidence.drawing import implausible_parameters, unknown_parameters
+from symkin.estimate.evidence.drawing import (
+    implausible_parameters,
+    strained_ties,
+    unknown_parameters,
+)
 from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.evidence.fit_checks import (
     CONDITION_LIMIT,
@@ -184,7 +188,7 @@ def _noticed(
             symptoms += doubts_of_rows(found, outliers)
             symptoms += _doubts_of_the_model(found, tests, alternatives(), model)
             symptoms += [] if changes else doubts_of_sag(found, apart)
-        symptoms += implausible_parameters(found)
+        symptoms += [*implausible_parameters(found), *strained_ties(found)]
     if changes:  # which say what is alike
         symptoms = [each for each in symptoms if not each.code.startswith("neighbours-")]
     symptoms += unknown_parameters(found)
