@@ -109,8 +109,53 @@ def test_a_mistake_in_positions_is_named_with_its_evidence(paper, plan, mistake,
         assert said.size == pytest.approx(1.2, rel=1e-2)
 
 
+def of_points(change):
+    return lambda taken: replace(taken, points=change(np.array(taken.points)))
+
+
+def later_in_millimetres(points):
+    points[len(points) // 2 :] *= 1e3
+    return points
+
+
+OF_POINTS = {
+    "sign": MISTAKES["sign"],
+    "unit": MISTAKES["unit"],
+    "inches": (of_points(lambda p: p / 0.0254), "unit-of-lengths", ()),
+    "block": (of_points(later_in_millimetres), "rows-in-another-unit", ()),
+    "mirror": (of_points(lambda p: p[..., [1, 0]]), "convention-of-poses", ()),
+}
+
+
+@pytest.mark.parametrize(("mistake", "code", "legs"), OF_POINTS.values(), ids=OF_POINTS)
+def test_a_mistake_is_named_where_reflectors_are_somewhere(paper, plan, mistake, code, legs):
+    seen = Observed("points", base=(1.0, -0.5, 3.0), points=((0.1, 0.0), (-0.1, 0.05)))
+    taken = measured(paper, plan, seen)
+    wrong = mistake(taken)
+    (said,) = said_of(paper, wrong)
+    assert told(said) == [(code, legs)]
+    table = hypotheses_of(paper, wrong, EstimateOptions(frames=("base",)))[0].table
+    if code == "convention-of-poses":
+        assert said.figures["do"] == "negate the columns of y of all points"
+        assert table is None
+    else:
+        np.testing.assert_allclose(table.points, taken.points)
+        np.testing.assert_allclose(table.readings, taken.readings)
+
+
+def test_axes_are_told_to_be_mirrored_once_where_the_frames_are_unknown(paper, plan):
+    taken = measured(paper, plan, TRACKER)
+    mirrored = replace(taken, poses=taken.poses * [1, -1, -1])
+    (said,) = said_of(paper, mirrored, frames=["base", "target"])
+    assert said.code == "convention-of-poses"
+    assert "or another axis" in said.figures["convention"]
+    assert all(each.code != said.code for each in said.others)
+
+
 @pytest.mark.parametrize(
-    ("mistake", "code", "legs"), [MISTAKES["sign"], MISTAKES["unit"]], ids=["sign", "unit"]
+    ("mistake", "code", "legs"),
+    [MISTAKES["sign"], MISTAKES["unit"], MISTAKES["block"]],
+    ids=["sign", "unit", "block"],
 )
 def test_a_mistake_is_named_where_the_frames_are_unknown(paper, plan, mistake, code, legs):
     taken = mistake(measured(paper, plan, TRACKER))

@@ -21,6 +21,7 @@ import numpy as np
 from symkin import _core
 from symkin.data.measurements import Measurements
 from symkin.errors import FailedFitError, NotIdentifiableError, SymkinError
+from symkin.estimate.evidence.bodies import AsPoses
 from symkin.estimate.evidence.edits import corrections_of, pairs_of
 from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.evidence.screen import FIRST, Screen, ShortList
@@ -209,6 +210,11 @@ def hypotheses_of(
     are tried where one does not explain the data, or only a part: then with that one. That of no
     mistake is among them. `shaped`: the residuals have a shape that no parameter gives them.
     """
+    if body := AsPoses.of(nominal, measurements, options):
+        asked = body.mechanism, body.measurements, body.options
+        return tuple(
+            _of_points(body, each) for each in hypotheses_of(*asked, budget=budget, shaped=shaped)
+        )
     if by_leg:
         # Full poses are in the robot's own frame, and a mistake shows in all that was read there.
         nominal = nominal.replace(frames=None)
@@ -232,6 +238,20 @@ def hypotheses_of(
     pairs = _judged(stated, listed, shaped)
     found = (each.per_degree for each in pairs if each.proposed)
     return pairs if max(found, default=math.inf) < LITTLE else alone
+
+
+def _of_points(body: AsPoses, of_poses: Hypothesis) -> Hypothesis:
+    """What was tried of poses, of the points that they come from."""
+    cause, table = of_poses.cause, of_poses.table
+    if cause is None:
+        return of_poses
+    told = body.told(cause)
+    return dataclasses.replace(
+        of_poses,
+        cause=told or cause,
+        proposed=of_poses.proposed and told is not None,
+        table=None if table is None else body.table(cause, table),
+    )
 
 
 def _judged(stated: Correction, listed: ShortList, shaped: bool) -> tuple[Hypothesis, ...]:

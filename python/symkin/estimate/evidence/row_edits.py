@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -39,8 +40,13 @@ def edits_of_rows(stated: Correction) -> Iterator[Correction]:
     if np.isfinite(stated.measurements.poses).all():
         yield from _units_of_rows(stated)
         yield from _orders(stated)
-    else:
+    if _is_elsewhere(stated) or not np.isfinite(stated.measurements.poses).all():
         yield from _far_out(stated)
+
+
+def _is_elsewhere(stated: Correction) -> bool:
+    """Whether nobody knows where the device stands."""
+    return "base" in stated.options.frames
 
 
 def _shifts(stated: Correction) -> Iterator[Correction]:
@@ -98,22 +104,25 @@ def _units_of_rows(stated: Correction) -> Iterator[Correction]:
 
 
 def _far_out(stated: Correction) -> Iterator[Correction]:
-    """Positions far beyond those that the drawing has at the readings, as if in millimetres."""
+    """Positions far beyond those that the drawing, or other rows, have, as if in millimetres."""
     measured, size = stated.measurements, stated.measurements.space.size
-    positions = measured.poses[:, :size]
-    if not size or not np.isfinite(positions).any():
+    out = np.linalg.norm(measured.poses[:, :size], axis=1)
+    if not size or not np.isfinite(out).any():
         return
-    try:
-        drawn = stated.mechanism.forward_kinematics(measured.readings)[0]
-    except SymkinError:
-        return
-    distances = np.linalg.norm(drawn[:, :size], axis=1)
-    if not np.isfinite(distances).any():
-        return
-    usual = np.nanmedian(distances)
+    if _is_elsewhere(stated):
+        far = np.sort(out[np.isfinite(out) & (out > 0)])
+        gaps = far[1:] / far[:-1]
+        usual = far[gaps.argmax()] if len(gaps) and gaps.max() > _FAR else math.inf
+    else:
+        try:
+            drawn = stated.mechanism.forward_kinematics(measured.readings)[0]
+        except SymkinError:
+            return
+        distances = np.linalg.norm(drawn[:, :size], axis=1)
+        usual = np.nanmedian(distances) if np.isfinite(distances).any() else math.inf
     poses = np.array(measured.poses)
     poses[:, :size] *= 1e-3
-    rows = np.linalg.norm(positions, axis=1) > _FAR * usual
+    rows = out > (1.0 if _is_elsewhere(stated) else _FAR) * usual
     yield from _of_rows(stated, rows, "poses", poses, "the positions|millimetres|metres")
 
 

@@ -39,6 +39,7 @@ Array = NDArray[np.float64]
 
 _UNITS = {1e-3: "millimetres", 1e3: "a thousandth of what they should be"}
 _RARER_UNITS = {1e-2: "centimetres", 25.4e-3: "inches"}
+_MIRRORED = " is mirrored"
 _LEAST_TURNED = 6  # rows
 _PLAINLY_OFF = 3.0  # times what the drawing and the noise leave of orientations
 _BETTER = 1.5
@@ -58,8 +59,22 @@ def with_readings(measured: Measurements, change: Callable[[Array], Array]) -> M
 def edits_of_poses(stated: Correction) -> Iterator[Correction]:
     """Correct what was observed in another unit or convention."""
     yield from _in_units(stated, _UNITS)
-    for convention, poses, remedy in _conventions(stated.mechanism, stated.measurements.poses):
-        yield from _with_poses(stated, convention, poses, remedy)
+    conventions = _conventions(stated.mechanism, stated.measurements.poses)
+    mirrored = False
+    for words, poses, remedy in conventions:
+        if words.endswith(_MIRRORED) and _turns_freely(stated):
+            if mirrored:  # which of the axes it is no frame tells
+                continue
+            mirrored = True
+            words += ", or another axis, or two are exchanged: the axes are left-handed"
+        yield from _with_poses(stated, words, poses, remedy)
+
+
+def _turns_freely(stated: Correction) -> bool:
+    """Whether the frames that are unknown do to poses what turned axes do."""
+    space, frames = stated.mechanism.space, stated.options.frames
+    oriented = np.isfinite(stated.measurements.poses[:, space.size :]).any()
+    return "base" in frames and ("target" in frames or not space.turns or not oriented)
 
 
 def _in_units(stated: Correction, units: Mapping[float, str]) -> Iterator[Correction]:
@@ -77,13 +92,15 @@ def rarer_edits(stated: Correction) -> Iterator[Correction]:
     yield from _angles(stated)
     yield from _in_units(stated, _RARER_UNITS)
     size, names = nominal.space.size, nominal.space.position
-    for one, other in itertools.combinations(range(size), 2):
+    oriented = np.isfinite(poses[:, size:]).any()
+    exchanges = [] if _turns_freely(stated) and not oriented else range(size)
+    for one, other in itertools.combinations(exchanges, 2):
         order = np.arange(poses.shape[1])
         order[[one, other]] = other, one
         words = f"{names[one]} and {names[other]} are exchanged"
         remedy = f"exchange the columns of {names[one]} and {names[other]}"
         yield from _with_poses(stated, words, poses[:, order], remedy)
-    if np.isfinite(poses[:, size:]).any():
+    if oriented:
         for axis in range(size):
             signs = np.where(np.arange(poses.shape[1]) == axis, -1.0, 1.0)
             words = f"{names[axis]} has the opposite sign, but not the orientation"
