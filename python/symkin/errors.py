@@ -28,7 +28,7 @@ __all__ = [
 
 
 _WORD = 4  # letters, so that "hexapod" means the name that it is part of
-_NEAR = 0.5  # share of letters in common; "nope" is near nothing
+_NEAR = 0.6  # share of letters in common; "nope" and "bogus" are near nothing
 
 
 class SymkinError(ValueError):

@@ -56,6 +56,15 @@ def test_a_note_names_the_pose_at_which_a_gross_error_would_not_be_seen(paper, s
     pytest.fail("every fit was refused, or none left a pose to doubt")
 
 
+def test_a_loss_that_rejects_more_rows_than_there_are_unknowns_is_doubted(paper, simulated):
+    measured = simulated.measurements.for_all_legs()
+    poses = np.array(measured.poses)
+    poses[1:, :2] -= 0.01 * np.diff(poses[:, :2], axis=0)  # a device that lags behind
+    found = symkin.identify(paper, symkin.Measurements.of(poses, measured.readings), loss="robust")
+    assert len({row for row, _ in found.rejected}) > len(poses) - 24 / 3
+    assert "many-rejected" in {doubt.code for doubt in found.doubts}
+
+
 @pytest.mark.parametrize("observed", ["pose", "position"])
 def test_chi_square_says_at_how_many_poses_the_loss_rejected_something(paper, simulated, observed):
     measured = simulated.measurements.for_all_legs()

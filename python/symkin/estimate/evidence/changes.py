@@ -361,7 +361,7 @@ def rows_of_changes(found: Found, apart: Sequence[int]) -> Rows | None:
     lengths = np.linalg.norm(stacked, axis=0)
     lengths[lengths == 0] = 1
     tall, upper = np.linalg.qr(stacked / lengths)
-    left, singular, right = np.linalg.svd(upper)
+    left, singular, right = np.linalg.svd(upper, full_matrices=False)
     shown = singular > _RANK * singular[0]
     basis = (tall @ left[:, shown])[: residual.size].reshape(*residual.shape, -1)
     half = (right[shown] / lengths) / singular[shown, None]
