@@ -20,7 +20,7 @@ import typer
 
 from symkin.cli.words import usage_words
 from symkin.errors import FailedFitError, SymkinError, printable
-from symkin.estimate.evidence.watching import watched_search
+from symkin.estimate.evidence.watching import unwatched_search, watched_search
 from symkin.options import OPTIONS
 from symkin.results import Result
 from symkin.show.rendering import files_text
@@ -119,6 +119,16 @@ def searching(stage: Callable[[str], None]) -> Iterator[None]:
 
     with watched_search(tell):
         yield
+
+
+@contextmanager
+def kept(words: str) -> Iterator[None]:
+    """Have Ctrl-C end this alone, and say so in words."""
+    try:
+        with unwatched_search():  # of one part, which Ctrl-C would end for it alone
+            yield
+    except KeyboardInterrupt:
+        _tell(f"Interrupted: {words}")
 
 
 def write_result_then_report(result: Any, folder: Path, telling: Telling, **how: Any) -> Telling:

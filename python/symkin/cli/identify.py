@@ -17,6 +17,7 @@ from symkin.analysis.alignment import poses_of_columns, poses_of_mechanism
 from symkin.analysis.probing import with_printed_length
 from symkin.cli.console import (
     Telling,
+    kept,
     not_converged,
     print_result,
     progress,
@@ -201,8 +202,11 @@ def identify(
             stage("looking for what speaks against it")
             _ = found.doubts  # which are found when they are asked for, and kept
             if cross_validate is not None:
-                stage("cross-validating")
-                found = found.cross_validated(cross_validate, seed, blocks=cross_validate_blocks)
+                stage("cross-validating (Ctrl-C ends this, and keeps the estimate)")
+                with kept("it is not cross-validated; the estimate is as without"):
+                    found = found.cross_validated(
+                        cross_validate, seed, blocks=cross_validate_blocks
+                    )
             if target:
                 stage("writing the report")
                 telling = write_result_then_report(found, target, telling)

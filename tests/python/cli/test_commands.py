@@ -411,6 +411,20 @@ def test_an_interrupted_search_for_causes_loses_no_estimate(
     assert (tmp_path / "out" / "calibrated.toml").exists()
 
 
+def test_ctrl_c_while_it_is_cross_validated_keeps_the_estimate(
+    symkin: Callable, protocol: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("symkin.estimate.cross_validation.settled", interrupted)
+    monkeypatch.setattr("symkin.estimate.cross_validation.closures_of", interrupted)
+    into = ("--cross-validate", 5, "--no-report", "--out", tmp_path / "out")
+    told = symkin("identify", "3RRR", protocol / "measurements.csv", *into)
+    assert "Interrupted: it is not cross-validated" in told.err
+    assert library.read_estimate(tmp_path / "out").cross_validation is None
+
+
 @pytest.mark.parametrize("command", ["identify", "run", "identify-batch"])
 def test_ctrl_c_while_the_page_is_drawn_keeps_the_rest(
     symkin: Callable,
