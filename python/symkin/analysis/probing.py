@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin.data.measurements import ALL_LEGS, Measurements
-from symkin.errors import SymkinError
+from symkin.errors import NotIdentifiableError, SymkinError
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import Frames
 from symkin.values import Value, field, record
@@ -157,13 +157,18 @@ def with_bed_radius(mechanism: Mechanism, touched: NDArray[np.float64]) -> Mecha
     Raises
     ------
     SymkinError
-        If no pose is anywhere, since no height is observed.
+        If no pose is anywhere: no height is observed, or its readings are none of the robot's.
     """
     frames = mechanism.frames or Frames()
     if len(frames.plane) > 3:
         return mechanism
     away = np.hypot(*touched[:, :2].T) if mechanism.space.size == 3 else np.zeros(0)
     radius = float(np.nanmax(away, initial=0.0))
+    if len(touched) and np.isnan(touched).all():
+        raise NotIdentifiableError(
+            "the nominal robot can take none of the readings at which heights were observed, so "
+            "that nothing says where the bed was touched"
+        )
     if not radius > 0:
         raise SymkinError("bow is of a bed that is probed; no height is observed away from 0, 0")
     plane = (*(frames.plane or (0.0, 0.0, 0.0)), 0.0, radius)

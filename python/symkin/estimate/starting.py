@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from symkin import _core
 from symkin.analysis.reflectors import PlacedPoints, in_three, motions_of, place_points, whole
 from symkin.data.measurements import Measurements
-from symkin.errors import NotIdentifiableError
+from symkin.errors import NotIdentifiableError, named_legs
 from symkin.model.core_setup import setup_with
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import (
@@ -212,10 +212,12 @@ def setup_by_points(
         turned=turned,
     )
     if found is None:
+        unread = np.flatnonzero(~np.isfinite(measurements.readings).any(axis=0))
+        why = f" ({named_legs(unread)}: not read at all)" if len(unread) else ""
         raise NotIdentifiableError(
-            "no row with a measured point has readings that the nominal robot can take, so that "
-            "nothing says where the points and the device are; read all legs at some of them, or "
-            "give points and base in the [frames] of the mechanism's file"
+            f"no row with a measured point has readings that the nominal robot can take{why}, so "
+            "that nothing says where the points and the device are; read all legs at some of "
+            "them, or give points and base in the [frames] of the mechanism's file"
         )
     return _placed(mechanism, setup, found, _target_of(space, robot, found, turned))
 

@@ -143,6 +143,29 @@ def test_a_mistake_is_named_where_reflectors_are_somewhere(paper, plan, mistake,
         np.testing.assert_allclose(table.readings, taken.readings)
 
 
+def test_gross_errors_are_named_where_everything_is_estimated_together(paper, plan):
+    taken = measured(paper, plan, TRACKER)
+    readings = np.array(taken.readings)
+    readings[[3, 9, 14], 1] = 0.0  # an encoder that drops out
+    framed = {"frames": ["base", "target"]}
+    (said,) = symkin.identify(paper, replace(taken, readings=readings), **framed).doubts
+    assert (said.code, said.rows) == ("gross-errors", (5, 11, 16))
+    assert "each in the reading of leg 2" in said.cause
+
+
+def test_heights_are_not_told_to_be_in_a_unit_in_which_all_of_them_are_noise():
+    delta = symkin.load_mechanism("linear_delta")
+    points = delta.plan(36, observe="height", seed=1)
+    taken = symkin.simulate(delta, points, seed=1, observe="height").measurements
+    order = np.argsort(taken.readings[:, 0])
+    wrong = replace(taken, readings=taken.readings[order])
+    assert "unit-of-lengths" not in {each.code for each in symkin.identify(delta, wrong).doubts}
+    lost = replace(taken, readings=taken.readings * [-1, 1, 1])
+    with pytest.raises(symkin.SymkinError, match="can take none of the readings") as refused:
+        symkin.identify(delta, lost, bow="0.2 mm")
+    assert refused.value.likely_cause.code == "opposite-sign"
+
+
 def test_axes_are_told_to_be_mirrored_once_where_the_frames_are_unknown(paper, plan):
     taken = measured(paper, plan, TRACKER)
     mirrored = replace(taken, poses=taken.poses * [1, -1, -1])

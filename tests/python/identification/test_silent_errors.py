@@ -13,6 +13,7 @@ import pytest
 
 import symkin
 from symkin.errors import NotIdentifiableError
+from symkin.estimate.evidence.residuals import doubts_of_residuals
 from symkin.model.settings import Tolerances
 from symkin.planning.simulation import disturb
 
@@ -598,6 +599,11 @@ def test_a_bent_sensor_is_told_with_what_helps_and_by_how_much():
         assert doubt.code == "sensor-curved"
         told = re.search(r"closures at unseen poses from (\S+) to (\S+) mm", str(doubt))
         assert float(told[1]) > 2 * float(told[2])
+    harmful = doubts_of_residuals(found, found.tests, lambda _: None)
+    doubt = next(each for each in harmful if each.code == "sensor-curved")
+    assert not doubt.options
+    assert not doubt.remedy
+    assert "predicts poses that the fit did not see worse" in doubt.cause
 
 
 def test_poses_that_nobody_planned_are_no_reason_for_doubt():

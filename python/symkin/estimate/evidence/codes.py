@@ -28,8 +28,8 @@ class Code(NamedTuple):
 # Mistakes that are found by correcting them; as a doubt, a likely cause.
 CAUSES: Mapping[str, Code] = {
     "gross-errors": Code(
-        "gross errors in rows {rows}: a robust loss (cauchy) finds {count} of {total} poses that "
-        "do not fit the others, whose chi-square is {after:.3g} per degree of freedom",
+        "gross errors in rows {rows}{what}: a robust loss (cauchy) finds {count} of {total} poses "
+        "that do not fit the others, whose chi-square is {after:.3g} per degree of freedom",
         "look at these rows, or identify with {options}",
     ),
     "columns-exchanged": Code(

@@ -259,7 +259,7 @@ def _judged(estimate: Found, what: Noticed) -> Evidence:
             others = [each for each in others if each.code in _FAR]
         return Evidence((*others, *what.lasting), tried, complete=True)
     if what.symptoms or not found.converged:
-        cause, rest = gross_errors(found)
+        cause, rest = gross_errors(found) if found.legs else (None, found.measurements)
         shaped = any(each.code in _SHAPES for each in what.symptoms)
         # Without gross errors too, if there are some: but all rows say which belong together.
         for rows in (found.measurements, rest) if cause is None else ():
@@ -270,6 +270,13 @@ def _judged(estimate: Found, what: Noticed) -> Evidence:
                 corrected, redrawn = corrected_table(tried), corrected_drawing(tried)
             if rest is found.measurements or (cause is not None and cause.explains):
                 break
+        if cause is None and not found.legs:  # dearer than what comes before it
+            cause, _ = gross_errors(found)
+            unlike = {
+                row for each in what.symptoms if each.code == "rows-unlike" for row in each.rows
+            }
+            if cause is not None and unlike == {*cause.rows}:  # which tells how far each is off
+                cause = None
     told = doubts if cause is None else (cause, *what.lasting)
     if cause is None or not cause.explains:
         corrected = redrawn = None

@@ -17,6 +17,7 @@ from symkin.estimate.evidence.residuals import diagnosed
 from symkin.estimate.fit import by_leg
 from symkin.estimate.found import Found
 from symkin.estimate.options import EstimateOptions, Estimator
+from symkin.estimate.solution import together
 
 __all__ = ["gross_errors"]
 
@@ -36,9 +37,11 @@ def gross_errors(found: Found) -> tuple[Doubt | None, Measurements]:
     """
     measured, options = found.measurements, found.options
     worst = max((fit.chi_square_ratio for fit in found.goodness if fit.unexplained), default=0.0)
-    if not found.legs or options.loss != "none" or worst < _CHI_SQUARE:
+    if options.loss != "none" or worst < _CHI_SQUARE:
         return None, measured
     name: Estimator = "joint" if found.estimator == "joint" else "implicit"
+    if not found.legs:
+        return _of_readings(found), measured
     options = EstimateOptions(name, options.poses, noise=found.noise)
     count = len(measured.poses)
 
@@ -63,9 +66,27 @@ def gross_errors(found: Found) -> tuple[Doubt | None, Measurements]:
         return None, measured
     if any(implausible_parameters(clean)):
         return None, clean.measurements
-    ratio = clean.chi_square_ratio
-    numbers = tuple(measured.row_numbers[gross].tolist())
-    figures = {"total": count, "after": ratio}
+    return _told(found, gross, clean.chi_square_ratio), clean.measurements
+
+
+def _of_readings(found: Found) -> Doubt | None:
+    """Where everything is estimated together: single observations, whatever else a row has."""
+    options = replace(found.options, loss="cauchy", loss_per="reading", noise=found.noise)
+    try:
+        robust = together(found.nominal, found.measurements, options)
+    except SymkinError:
+        return None
+    few = 0 < len(robust.rejected) <= _MOST * found.measurements.readings.size
+    if not few or not robust.converged or robust.unexplained or any(implausible_parameters(robust)):
+        return None
+    rows = np.unique([row for row, _ in robust.rejected])
+    alike = {what for _, what in robust.rejected}
+    what = f", each in the {alike.pop()}" if len(alike) == 1 else ""
+    return _told(found, rows, robust.chi_square_ratio, what)
+
+
+def _told(found: Found, gross: NDArray[np.intp], ratio: float, what: str = "") -> Doubt:
+    numbers = tuple(found.measurements.row_numbers[gross].tolist())
+    figures = {"total": len(found.measurements.poses), "after": ratio, "what": what}
     doubt = Doubt("gross-errors", rows=numbers, figures=figures, options={"loss": "cauchy"})
-    before = found.chi_square_ratio
-    return doubt.as_cause((), before, ratio, whole=True), clean.measurements
+    return doubt.as_cause((), found.chi_square_ratio, ratio, whole=True)

@@ -116,8 +116,11 @@ def _unseen_rms(nominal: Mechanism, measurements: Measurements, options: Estimat
     return validation.residual_rms
 
 
-def help_of(found: Found, model: Fitting) -> Callable[[str], str]:
-    """By how much a wider model helps at poses that the fit did not see, in words; maybe empty."""
+def help_of(found: Found, model: Fitting) -> Callable[[str], str | None]:
+    """By how much a wider model helps at poses that the fit did not see, in words; maybe empty.
+
+    None if it does harm there.
+    """
 
     @cache
     def unseen(what: str) -> float:
@@ -128,10 +131,12 @@ def help_of(found: Found, model: Fitting) -> Callable[[str], str]:
         options = EstimateOptions(poses=found.options.poses, noise=found.noise, sensor=sensor)
         return _unseen_rms(found.nominal, found.measurements, options)
 
-    def words(what: str) -> str:
+    def words(what: str) -> str | None:
         before, after = unseen("identified"), unseen(what)
         if not math.isfinite(before + after):
             return ""
+        if after > before:
+            return None
         return (
             f", which brings the closures at unseen poses from {1e3 * before:.3g} to "
             f"{1e3 * after:.3g} m{found.nominal.space.closure_unit}"

@@ -27,7 +27,9 @@ from symkin.values import Value, field, record
 
 __all__ = [
     "ALARMS",
+    "HARMFUL",
     "Diagnosed",
+    "Help",
     "ResidualTest",
     "diagnosed",
     "doubts_of_residuals",
@@ -35,7 +37,10 @@ __all__ = [
 ]
 
 Array = NDArray[np.float64]
-Help = Callable[[str], str]  # of a wider model, in words: by how much it helps at unseen poses
+
+# Of a wider model, in words: by how much it helps at unseen poses; None if it does harm there.
+Help = Callable[[str], str | None]
+HARMFUL = "; allowing for it predicts poses that the fit did not see worse"
 
 ALARMS = FALSE_ALARMS / 2  # of one kind of test of the residuals, for a sound robot
 
@@ -199,13 +204,16 @@ def doubts_of_residuals(
         if suspect == "legs":
             legs = tuple(sorted({leg for test in alarms for leg in test.legs}))
         size = max(test.size for test in alarms)
+        helps = help_of(options["sensor"]) if options else ""
+        if helps is None:
+            options = {}
         figures = {
             "whose": "all legs" if every else named_legs(single),
             "amount": f" ({1e3 * size:.3g} m{worst.closure_unit} rms of the closures)",
             "terms": ", ".join(dict.fromkeys(test.term for test in alarms)),
             "pairs": ", ".join(f"{test.legs[0] + 1} and {test.legs[-1] + 1}" for test in alarms),
-            "evidence": _evidence(worst),
-            "help": help_of(options["sensor"]) if options else "",
+            "evidence": _evidence(worst) + (HARMFUL if helps is None else ""),
+            "help": helps or "",
         }
         yield Doubt(code, legs, (), size, worst.p_value, figures, options)
 

@@ -39,6 +39,7 @@ Array = NDArray[np.float64]
 
 _UNITS = {1e-3: "millimetres", 1e3: "a thousandth of what they should be"}
 _RARER_UNITS = {1e-2: "centimetres", 25.4e-3: "inches"}
+_SAYS = 3.0  # times the noise that heights are apart
 _MIRRORED = " is mirrored"
 _LEAST_TURNED = 6  # rows
 _PLAINLY_OFF = 3.0  # times what the drawing and the noise leave of orientations
@@ -80,10 +81,18 @@ def _turns_freely(stated: Correction) -> bool:
 def _in_units(stated: Correction, units: Mapping[float, str]) -> Iterator[Correction]:
     for factor, unit in units.items():
         lengths = _scaled(stated.measurements, factor)
-        if lengths is not None:
+        if lengths is not None and not _only_noise(stated, lengths):
             figures = {"unit": unit + ", not metres" * (factor < 1)}
             cause = Doubt("unit-of-lengths", size=1 / factor, figures=figures)
             yield stated._replace(cause=cause, measurements=lengths)
+
+
+def _only_noise(stated: Correction, lengths: Measurements) -> bool:
+    """Whether heights become so small that noise explains them, whatever is wrong."""
+    heights = lengths.heights
+    if heights is None or np.isfinite(lengths.poses).any() or lengths.distances is not None:
+        return False
+    return bool(np.nanstd(heights) < _SAYS * stated.model.noise.position)
 
 
 def rarer_edits(stated: Correction) -> Iterator[Correction]:

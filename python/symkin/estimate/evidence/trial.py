@@ -62,11 +62,17 @@ class Statement:
         free = layout.column[own] >= 0
         return bool(own) and not free.any() and not any(layout.always_held[i] for i in own)
 
+    @property
+    def noise(self) -> NoiseSettings:
+        """As it was declared, if it was, else the mechanism's."""
+        given = self.options.noise
+        return given if isinstance(given, NoiseSettings) else self.mechanism.noise
+
     @cached_property
     def _options(self) -> EstimateOptions:
         given, robot = self.options, self.mechanism
         noise = given.noise if isinstance(given.noise, NoiseSettings) else None
-        declared = noise or robot.noise
+        declared = self.noise
         if len(robot.legs) > robot.space.dof and not declared.reading:
             # More exact readings than a pose has coordinates leave no pose.
             arm = robot.characteristic_length if robot.reading_unit == "rad" else 1.0

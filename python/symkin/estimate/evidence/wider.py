@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from symkin.analysis.probing import is_probed
 from symkin.errors import SymkinError
 from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.evidence.frames import frame_doubt, with_frames
+from symkin.estimate.evidence.residuals import HARMFUL, Help
 from symkin.estimate.fit import FALSE_ALARMS
 from symkin.estimate.found import Found
 from symkin.estimate.options import EstimateOptions
@@ -143,7 +144,7 @@ def all_free(options: EstimateOptions) -> EstimateOptions:
 
 
 def doubts_of_models(
-    found: Found, alternatives: Sequence[Alternative], help_in_words: Callable[[str], str]
+    found: Found, alternatives: Sequence[Alternative], help_in_words: Help
 ) -> Iterator[Doubt]:
     """Say which wider model explains best what is not explained."""
     alarming = [each for each in alternatives if each.alarms]
@@ -153,7 +154,7 @@ def doubts_of_models(
         yield _doubt_of(found, best, help_in_words)
 
 
-def _doubt_of(found: Found, other: Alternative, help_in_words: Callable[[str], str]) -> Doubt:
+def _doubt_of(found: Found, other: Alternative, help_in_words: Help) -> Doubt:
     evidence = f"F({other.terms}, {other.spare}) = {other.statistic:.3g}"
     figures = {"evidence": f" ({evidence})"}
     if other.what in ("frames", "held", "bow"):
@@ -165,7 +166,8 @@ def _doubt_of(found: Found, other: Alternative, help_in_words: Callable[[str], s
         bow = float(fit.setup.plane[3])
         figures["amount"] = f"{1e3 * bow:+.2g} mm"
         return Doubt("bed-bowed", size=bow, p=other.p_value, figures=figures, options={"bow": _BOW})
-    figures["help"] = help_in_words(other.what)
+    helps = help_in_words(other.what)
+    figures["help"] = helps or ""
     if other.what == "held":
         moved = _most_moved(found, problem, fit)
         figures["evidence"] = f" ({evidence} if all are free, which moves {moved})"
@@ -173,6 +175,9 @@ def _doubt_of(found: Found, other: Alternative, help_in_words: Callable[[str], s
     code = {"quadratic": "sensor-curved", "eccentric": "sensor-eccentric"}[other.what]
     figures |= {"whose": "all legs", "amount": ""}
     every, options = tuple(range(len(found.nominal.legs))), {"sensor": other.what}
+    if helps is None:
+        figures["evidence"] += HARMFUL
+        options = {}
     return Doubt(code, every, p=other.p_value, figures=figures, options=options)
 
 
