@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin.analysis.conditions import Conditions, check_conditions
+from symkin.analysis.measurable import MeasurableSymmetry, measurable_symmetry
 from symkin.analysis.observability import (
     Observability,
     analyse_observability,
@@ -125,6 +126,9 @@ class CheckResult(Result):
     readings_alone : ReadingsAlone or None
         What readings show without a measuring device; None where they are as many as the degrees of
         freedom, and without a sample.
+    measurable : MeasurableSymmetry or None
+        Which symmetries box, joint limits and noise keep; None where no pose is carried by any, and
+        without a sample.
     """
 
     mechanism: Mechanism
@@ -140,6 +144,7 @@ class CheckResult(Result):
     conditions: Conditions | None
     unusable: str | None = None
     readings_alone: ReadingsAlone | None = None
+    measurable: MeasurableSymmetry | None = None
 
     @property
     def undefined(self) -> tuple[str, ...]:
@@ -373,13 +378,14 @@ def check_mechanism(mechanism: MechanismGiven, seed: int | None = None) -> Check
     comparison = compare_symmetry(mechanism)
     conditions = check_conditions(mechanism, seed=seed) if sample is not None else None
     groups = mechanism_groups(mechanism, comparison.found)
+    pairs = symmetry_pairs(mechanism)
     return CheckResult(
         mechanism=mechanism,
         group=symmetry_group(mechanism).name,
         declared=mechanism.symmetry is not None,
         comparison=comparison,
         groups=groups if conditions is None else conditions.groups,
-        pairs=symmetry_pairs(mechanism),
+        pairs=pairs,
         origins=tuple(
             LegOrigin(reference, element.label) for reference, element in leg_carriers(mechanism)
         ),
@@ -391,6 +397,7 @@ def check_mechanism(mechanism: MechanismGiven, seed: int | None = None) -> Check
         conditions=conditions,
         unusable=unusable,
         readings_alone=None if sample is None else readings_alone(mechanism, sample.poses[:_ALONE]),
+        measurable=None if sample is None else measurable_symmetry(mechanism, sample, pairs),
     )
 
 

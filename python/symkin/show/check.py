@@ -11,6 +11,7 @@ import numpy as np
 
 from symkin.analysis.checks import CheckResult
 from symkin.analysis.conditions import Condition, Conditions
+from symkin.analysis.measurable import MeasurableSymmetry
 from symkin.analysis.promises import left_to_gravity
 from symkin.errors import named_legs
 from symkin.model.chains import legs_in_words
@@ -48,13 +49,16 @@ _TITLES = {
 }
 _ROUNDING = 1e-9  # m
 _ALWAYS_SHOWN = 10  # deviations
+_AS_GOOD = 0.98  # efficiency of carried poses that needs no word
 _SOUND = 10  # condition number at home that needs no word
 
 
 def check_page(result: CheckResult) -> Page:
     """Describe whether the legs are alike, and what it means for measuring."""
     mechanism, comparison = result.mechanism, result.comparison
-    symmetry = symmetry_section(mechanism, comparison, result.groups, result.pairs)
+    symmetry = symmetry_section(
+        mechanism, comparison, result.groups, result.pairs, result.measurable
+    )
     untested = [f"The conditions are not tested: {result.untested}."]
     conditions = Section("conditions", "Conditions", untested)
     if result.conditions is not None:
@@ -146,6 +150,7 @@ def _notes(result: CheckResult) -> list[str]:
     if result.mechanism.open_coordinates:
         told = left_to_gravity(result.mechanism)
         notes.append(f"{told[0].upper()}{told[1:]}.")
+    notes += _measurable(result)
     notes += held_parameters(result.mechanism)
     notes += _weak(result)
     notes += _negative(result)
@@ -163,6 +168,20 @@ def _notes(result: CheckResult) -> list[str]:
             "not stop the protocol."
         )
     return notes
+
+
+def _measurable(result: CheckResult) -> list[str]:
+    """Warn where limits or noise have less symmetry than the robot, which poses are carried by."""
+    found = result.measurable
+    if found is None:
+        return []
+    told = [found.carried] if found.efficiency < _AS_GOOD else []
+    if any("joint limits" in each.broken for each in found.elements):
+        told.append(
+            f"Joint limits tell legs apart: {100 * found.with_images:.0f}% of the poses have all "
+            "their images within limits and box; only these serve all legs."
+        )
+    return told
 
 
 def _weak(result: CheckResult) -> list[str]:
@@ -275,17 +294,38 @@ def symmetry_section(
     comparison: SymmetryComparison | None = None,
     groups: Sequence[NamedGroup] = (),
     pairs: SymmetryPairs | None = None,
+    measurable: MeasurableSymmetry | None = None,
 ) -> Section:
     """State the symmetry that there is, and how every leg comes from its reference leg."""
     comparison = comparison or compare_symmetry(mechanism)
     pairs = pairs or symmetry_pairs(mechanism)
     parts = [_groups_table(groups), pairs_table(pairs)] if groups else []
+    told = measurable.sentences if measurable is not None else ()
+    if measurable is not None:
+        parts.append(_measurable_table(measurable))
     return Section(
         "symmetry",
         "Symmetry",
-        [*comparison.sentences, *pairs.sentences, _orbits(mechanism)],
+        [*comparison.sentences, *pairs.sentences, *told, _orbits(mechanism)],
         [*parts, _carriers_table(mechanism)],
     )
+
+
+def _measurable_table(found: MeasurableSymmetry) -> Table:
+    """Show what of box, joint limits and noise each symmetry keeps."""
+    rows = [
+        (
+            each.label,
+            each.words,
+            f"{100 * each.box:.0f} %",
+            f"{100 * each.limits:.0f} %",
+            significant(each.noise),
+        )
+        for each in found.elements
+    ]
+    columns = ("Element", "Of the base", "In the box", "Within limits", "Noise differs by")
+    caption = f"What can be measured: images of {plural(found.poses, 'pose')}"
+    return Table(caption, columns, [Group(rows)], wordy=True)
 
 
 def _carriers_table(mechanism: Mechanism) -> Table:

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from symkin.analysis.measurable import measurable_symmetry
 from symkin.analysis.promises import ExpectedAccuracy, left_to_gravity
 from symkin.analysis.workspace import WorkspaceSample
 from symkin.data.sensor_tables import shown_readings
@@ -108,6 +109,7 @@ def plan_page(plan: Plan) -> Page:
             f"{plural(wanted // len(mechanism.legs), 'pose')} would serve all of them, which is "
             "less to measure, and less accurate"
         )
+    notes += _carried(plan)
     silent = [each.name for each in plan.unknowns if each.deviation > SILENT * each.prior]
     if silent:
         notes.append(f"no better known than their priors say: {_few(silent)}")
@@ -159,6 +161,17 @@ def plan_page(plan: Plan) -> Page:
 def _serves_all(basis: PlanBasis, mechanism: Mechanism) -> bool:
     """Whether the poses of one leg were carried to all others."""
     return basis.symmetrical and len(mechanism.legs) > len(basis.choices) == 1
+
+
+def _carried(plan: Plan) -> list[str]:
+    """What carried poses would be worth, where noise is why poses are chosen for all at once."""
+    mechanism, basis = plan.mechanism, plan.basis
+    if basis is None or basis.survey is None or not mechanism.noise.varies:
+        return []
+    if plan.candidates is None or basis.survey.observed.kinds != ("pose",):
+        return []
+    found = measurable_symmetry(mechanism, plan.candidates)
+    return [] if found is None else [found.carried.removesuffix(".")]
 
 
 def _held(

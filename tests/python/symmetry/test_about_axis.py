@@ -9,6 +9,7 @@ import pytest
 
 import symkin
 from symkin import _core
+from symkin.analysis.measurable import measurable_symmetry
 from symkin.errors import SymkinError
 from symkin.model.settings import DeclaredSymmetry
 from symkin.model.symmetry import generate_legs, generate_orbits, symmetry_pairs
@@ -200,3 +201,24 @@ def test_in_the_plane_there_is_no_axis_to_choose(tmp_path):
     path.write_text(text.replace("[symmetry]", "[symmetry]\naxis = [0, 0, 1]"))
     with pytest.raises(SymkinError, match="in the plane all symmetries are about Z"):
         symkin.load_mechanism(path)
+
+
+def test_carried_poses_are_worth_less_the_more_noise_differs_between_directions(tmp_path):
+    # The third guide is through the origin, where the azimuth of its leg means nothing.
+    robot = load(tmp_path)
+    poses = symkin.sample_workspace(robot, 300, seed=1).poses
+    worth = []
+    for times in (1, 2, 3, 10):
+        along = times * robot.noise.position
+        noise = dataclasses.replace(robot.noise, along=along, direction="z")
+        worth.append(measurable_symmetry(robot.replace(noise=noise), poses).efficiency)
+    assert worth[0] == pytest.approx(1)
+    assert np.all(np.diff(worth) < 0)
+    assert worth[1] > 0.95
+    assert 0.3 < worth[3] < 0.6
+    robot = load(tmp_path, **OFF_GUIDES).replace(noise=noise)
+    words = "The noise is not the same at the images of a pose"
+    assert any(each.startswith(words) for each in symkin.check_mechanism(robot).page().notes)
+    planned = symkin.plan(robot, 12, candidates=300)
+    assert planned.basis.design == "mechanism"
+    assert any(each.startswith(words) for each in planned.page().notes)
