@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -289,7 +290,7 @@ def _chain(
         exact,
         {},
     )
-    found = _core.joints_at_home(chain.core(), known)
+    found = _joints_at_home(chain, builder, known)
     home_joints = [float(each) for each in found]
     home = dict(zip(builder.own_names, home_joints, strict=True))
     written = {**builder.written(table), "home": home, "pose": _bounds(pose_space, home_pose)}
@@ -298,6 +299,30 @@ def _chain(
     redundant = _core.redundant_scalars([each.core() for each in chains])
     held = [[*each[:5], each[5] or shown] for each, shown in zip(scalars, redundant, strict=True)]
     return [dataclasses.replace(each, scalars=held) for each in chains]
+
+
+def _joints_at_home(
+    chain: DeclaredChain, builder: LegBuilder, known: list[bool]
+) -> NDArray[np.float64]:
+    """Joint values that close the leg near those that are known; if none do, names others."""
+    try:
+        return _core.joints_at_home(chain.core(), known)
+    except SymkinError as error:
+        if not any(known):
+            raise
+        try:
+            other = _core.joints_at_home(chain.core(), [False] * len(known))
+        except SymkinError:
+            raise SymkinError(f"{error}, nor any others") from error
+        told = [
+            f'{name} = "{math.degrees(value):.4g} deg"'
+            if builder.joints[index][0] == "R"
+            else f'{name} = "{value:.4g} m"'
+            for name, index, value in zip(
+                builder.own_names, builder.own_joints, other.tolist(), strict=True
+            )
+        ]
+        raise WrongValueError(f"{error}; others do: {', '.join(told)}", ("home",)) from error
 
 
 def _reading(chain: DeclaredChain, joint: int, name: str) -> DeclaredChain:

@@ -204,9 +204,9 @@ def test_a_number_of_one_leg_may_differ(tmp_path: Path) -> None:
         ('x = "1.5 m" },\n  "elbow', 'lenght = "1.5 m" },\n  "elbow', 9, "unknown key"),
         ('x = "1.5 m" },\n  "elbow', 'x = "1.5 deg" },\n  "elbow', 9, "deg"),
         ('elbow = "60 deg"', 'elbw = "60 deg"', 15, 'did you mean "elbow"'),
-        ('elbow = "60 deg"', 'elbow = "10 deg"', 5, "close the leg at the pose home"),
+        ('elbow = "60 deg"', 'elbow = "10 deg"', 15, 'others do: q = "150 deg", elbow'),
         ('"elbow: R"', '"elbow: R = -knee"', 10, "follows knee, no joint before it"),
-        ('  "R",\n', "", 5, ""),
+        ('  "R",\n', "", 5, "home, nor any others"),
         ("path = [", "pathes = []\npath = [", 6, 'did you mean "path"'),
     ],
 )
