@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin.data.measurements import ALL_LEGS, Measurements
+from symkin.data.observables import OBSERVABLES
 from symkin.errors import NotIdentifiableError, SymkinError
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import Frames
@@ -23,7 +24,9 @@ __all__ = [
     "is_probed",
     "refuse_commanded",
     "ruler",
+    "seen_between_rows",
     "with_bed_radius",
+    "with_pairs_defaults",
     "with_printed_length",
     "with_probing_defaults",
 ]
@@ -145,6 +148,31 @@ def with_probing_defaults(wanted: Mapping[str, Any], *, marked: bool = False) ->
     if said:
         return chosen
     if "gauge" not in chosen:
+        chosen.setdefault("prior", "tolerances")
+    return chosen
+
+
+def seen_between_rows(measurements: Measurements) -> set[str]:
+    """What was measured between rows, as `observe` calls it; nothing if poses were seen besides."""
+    seen = [
+        each
+        for name, each in OBSERVABLES.items()
+        if name != "readings"
+        and (values := getattr(measurements, name)) is not None
+        and np.isfinite(values).any()
+    ]
+    alone = all(each.between_rows for each in seen)
+    return {word for each in seen for word in each.words} if alone else set()
+
+
+def with_pairs_defaults(wanted: Mapping[str, Any]) -> dict[str, Any]:
+    """What is known where all that was measured is between rows, and nothing was said of it.
+
+    The tolerances are priors, since that shows no place of the robot. What was asked for, and what
+    is returned, are arguments of `identify`.
+    """
+    chosen = dict(wanted)
+    if "free" not in chosen and "gauge" not in chosen:
         chosen.setdefault("prior", "tolerances")
     return chosen
 

@@ -11,7 +11,14 @@ from typing import Any, Literal, cast
 import numpy as np
 from typing_extensions import TypeVar
 
-from symkin.analysis.probing import is_marked, is_probed, refuse_commanded, with_probing_defaults
+from symkin.analysis.probing import (
+    is_marked,
+    is_probed,
+    refuse_commanded,
+    seen_between_rows,
+    with_pairs_defaults,
+    with_probing_defaults,
+)
 from symkin.analysis.promises import CONFIDENCE
 from symkin.analysis.reflectors import is_tracked, with_tracking_defaults
 from symkin.analysis.straightedge import is_along_edge, with_edge_held
@@ -259,6 +266,8 @@ def _wanted(
     if is_tracked(measurements):
         turned = bool(np.isfinite(measurements.poses).any())
         return with_tracking_defaults(wanted, mechanism, turned=turned)
+    if seen_between_rows(measurements):
+        return with_pairs_defaults(wanted)
     if is_along_edge(measurements):
         return with_edge_held(wanted, mechanism.space)
     if not is_probed(measurements):

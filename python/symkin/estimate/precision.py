@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from symkin import _core
 from symkin.analysis.observability import name_combination
 from symkin.analysis.observed import Observable, Observed
-from symkin.analysis.probing import CALIPER, is_probed
+from symkin.analysis.probing import CALIPER, is_probed, seen_between_rows
 from symkin.analysis.promises import anywhere, promised
 from symkin.analysis.reflectors import is_tracked
 from symkin.analysis.workspace import sample_workspace
@@ -276,6 +276,8 @@ def survey_of(found: Found, robot: Mechanism, observed: Observable = "pose") -> 
     seen = Observed((observed,))
     if observed == "pose" and is_tracked(found.measurements):
         seen = Observed(("points",), points=robot.frames.points if robot.frames else ())
+    elif observed == "pose" and seen_between_rows(found.measurements) == {"separation"}:
+        seen = Observed(("separation",))
     elif observed == "pose" and not _is_seen(found.measurements):
         seen = Observed(("readings",))
     return Survey(seen, layout.names, layout.prior, robot, layout, found.options)

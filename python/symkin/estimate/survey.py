@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from symkin import _core
 from symkin.analysis.observability import name_combination
 from symkin.analysis.observed import Observed, Observing
-from symkin.analysis.probing import with_bed_radius, with_probing_defaults
+from symkin.analysis.probing import with_bed_radius, with_pairs_defaults, with_probing_defaults
 from symkin.analysis.promises import (
     CONFIDENCE,
     ExpectedAccuracy,
@@ -167,10 +167,13 @@ class Survey(Value):
         poses: Array,
         observe: Observing | None,
         unknowns: Mapping[str, Any],
+        *,
+        in_pairs: bool = False,
     ) -> Survey | None:
         """What was asked for at such poses; None if that is full poses and all parameters.
 
-        What the arguments do not say is what the mechanism's `identification` does.
+        What the arguments do not say is what the mechanism's `identification` does. What is
+        observed between two rows is taken only if poses come `in_pairs`, as `is_in_pairs` has it.
 
         Raises
         ------
@@ -192,13 +195,15 @@ class Survey(Value):
         drawn = mechanism.frames or Frames()
         observed, mechanism = placed(mechanism, "pose" if observe is None else observe)
         between = sorted(words_between_rows().intersection(observed.kinds))
-        if between:
+        if between and not in_pairs:
             raise SymkinError(
                 f"{' and '.join(between)} {'is' if len(between) == 1 else 'are'} observed between "
-                "two rows, which plans cannot choose one by one; plan for what is observed of each "
-                "pose, measure the pairs that it gives, and identify says what they showed"
+                "two rows, so that poses cannot be chosen one by one; symkin plan chooses them in "
+                "pairs"
             )
-        if observed.kinds == ("height",):
+        if between and not {*observed.kinds} - {*between}:
+            wanted = with_pairs_defaults(wanted)
+        if {*observed.kinds} - {*between} == {"height"}:
             wanted = with_probing_defaults(wanted)
         if observed.kinds == ("straightness",):
             wanted = with_edge_held(wanted, mechanism.space)
@@ -259,6 +264,11 @@ class Survey(Value):
         )
 
     @property
+    def is_in_pairs(self) -> bool:
+        """Whether something is observed between the first pose and the second, and so on."""
+        return bool(words_between_rows().intersection(self.observed.kinds))
+
+    @property
     def floating(self) -> bool:
         """Whether points at unknown places, or nothing, are all that is seen of positions.
 
@@ -266,7 +276,7 @@ class Survey(Value):
         that no other base and platform frame would take away.
         """
         kinds = self.observed.kinds
-        if kinds == ("readings",):
+        if kinds in (("readings",), ("separation",)):
             return True
         placeless = any(name.startswith("point") for name in self.unknowns)
         return placeless and "points" in kinds and _TRACKED.isdisjoint(kinds)

@@ -49,6 +49,7 @@ __all__ = ["default_design", "for_all_parameters", "make_plan", "plan"]
 
 Poses = NDArray[np.float64]
 
+_PAIRINGS = 4  # times that every candidate is paired with another one
 _THINNED = 2000  # candidates among which spares are sought
 _TIME_LIMIT = 10.0  # s
 
@@ -241,7 +242,8 @@ def make_plan(
         the design is "mechanism". With heights alone, a platform that never turns probes a bed:
         the candidates are put on the plane, which is unknown, and the tolerances are priors, as
         `identify` has it. With straightness alone they are put on the edge, the x axis of the
-        device's frame.
+        device's frame. For what is observed between rows (separation, rise, offset) poses are
+        chosen in pairs: rows 1 and 2, 3 and 4 and so on, an odd number rounded up.
     **unknowns
         `free`, `fixed`, `shared`, `tie`, `prior`, `frames` and `sensor` of `identify`: what is
         unknown; by default what the mechanism's `identification` says, or all parameters. Priors
@@ -269,7 +271,7 @@ def make_plan(
     sample = candidates if isinstance(candidates, WorkspaceSample) else None
     if poses is not given:
         sample = None
-    survey = Survey.of(mechanism, poses, observed, unknowns)
+    survey = Survey.of(mechanism, poses, observed, unknowns, in_pairs=True)
     design = default_design(survey) if design is None else design
     demands = _Demands(
         mechanism=mechanism,
@@ -296,7 +298,8 @@ def make_plan(
     tasks = design_tasks(mechanism, design, use_symmetry=symmetric)
     if survey is not None:
         tasks = [ObservedTask(**vars(task), survey=survey) for task in tasks]
-    chosen = [_choose(demands, task, kept) for task in tasks]
+    choose = _choose_pairs if demands.in_pairs else _choose
+    chosen = [choose(demands, task, kept) for task in tasks]
     plan = _assemble(demands, chosen, kept)
     return plan if visit == "sets" else in_visiting_order(plan, demands.seed, visit)
 
@@ -359,9 +362,13 @@ def _images(mechanism: Mechanism, elements: Sequence[Carrying], poses: Poses) ->
 def in_visiting_order(plan: Plan, seed: int, visit: Visit) -> Plan:
     """Put the rows in the order of a short way, spares behind."""
     wanted = np.flatnonzero(~plan.spare)
-    way = wanted[visiting_order(plan.mechanism, plan.poses[wanted], seed)]
+    survey = None if plan.basis is None else plan.basis.survey
+    together = 2 if survey is not None and survey.is_in_pairs else 1
+    first = wanted[::together]
+    way = first[visiting_order(plan.mechanism, plan.poses[first], seed)]
     if visit == "there_and_back":
         way = there_and_back(way)
+    way = (way[:, None] + np.arange(together)).ravel()
     rows = np.concatenate([way, np.flatnonzero(plan.spare)])
     return replace(
         plan,
@@ -425,6 +432,11 @@ class _Demands:
                 "the paper's rows know full poses and all parameters alone, so what is observed or "
                 'unknown otherwise does not go with them; choose rows "noise_aware"'
             )
+        if self.in_pairs and (self.tells_legs_apart or self.minimum_distance or self.spares):
+            raise SymkinError(
+                "poses are chosen in pairs for what is observed between them, beside which there "
+                "are no required or measured poses, no spares and no minimum distance"
+            )
         check_regions(self.mechanism, self.avoid)
         readings = self.mechanism.inverse_kinematics(self.required)
         beyond = np.argwhere(~self.mechanism.within_limits(readings))
@@ -434,6 +446,11 @@ class _Demands:
             raise SymkinError(
                 f"required pose {pose + 1} is beyond the {what} of {named_legs([leg])}"
             )
+
+    @property
+    def in_pairs(self) -> bool:
+        """Whether poses are chosen two by two, for what is observed between them."""
+        return self.survey is not None and self.survey.is_in_pairs
 
     @property
     def tells_legs_apart(self) -> bool:
@@ -476,6 +493,7 @@ def _choose(demands: _Demands, task: Task, kept: Clearance) -> _Chosen:
             f"{_without_images(demands, kept)}"
         )
     poses = demands.candidates
+    prior = task.prior(demands.measured, demands.rows)
     if len(required):  # behind the candidates: nobody else may choose them
         poses = np.concatenate([poses, required])
         allowed = np.concatenate([allowed, np.ones(len(required), dtype=np.bool_)])
@@ -484,22 +502,42 @@ def _choose(demands: _Demands, task: Task, kept: Clearance) -> _Chosen:
     wanted = demands.count
     if task.is_orbit:
         wanted = -(-wanted // len(task.elements))
-    prior = task.prior(demands.measured, demands.rows)
-    settings: dict[str, Any] = {"scale": task.scale()}
-    if demands.criterion == "expected_error":
-        settings["error_weight"] = task.error_weight(thinned(demands.candidates))
+    settings: dict[str, Any] = {}
     if demands.minimum_distance:
         settings["coordinates"] = poses[:, : demands.mechanism.space.size]
         settings["minimum_distance"] = demands.minimum_distance
+    settings |= {"required": numbers.tolist(), "forbidden": ~allowed}
+    selection = _selected(demands, task, rows, wanted, prior, **settings)
+    chosen = np.setdiff1d(selection.indices, numbers)
+    spare_count = -(-len(chosen) // 2) if demands.spares is None else demands.spares
+    spares = poses[:0]
+    if spare_count:
+        available = allowed.copy()
+        available[numbers] = False
+        found = _spares(demands, task, poses, selection.indices, available, prior, spare_count)
+        spares = poses[found]
+    return _Chosen(task, selection, poses[chosen], spares, excluded)
+
+
+def _selected(
+    demands: _Demands,
+    task: Task,
+    rows: Any,
+    wanted: int,
+    prior: NDArray[np.float64] | None,
+    **settings: Any,
+) -> Selection:
+    """Select of the rows of candidates."""
+    settings["scale"] = task.scale()
+    if demands.criterion == "expected_error":
+        settings["error_weight"] = task.error_weight(thinned(demands.candidates))
     try:
-        selection = select_poses(
+        return select_poses(
             rows,
             wanted,
             demands.seed,
             method=demands.method,
             criterion=demands.criterion,
-            required=numbers.tolist(),
-            forbidden=~allowed,
             prior=prior,
             time_limit=_TIME_LIMIT if demands.time_limit is None else demands.time_limit,
             threads=demands.threads,
@@ -511,15 +549,28 @@ def _choose(demands: _Demands, task: Task, kept: Clearance) -> _Chosen:
         causes = [each for leg in legs for each in undefined_angles(demands.mechanism, leg)]
         error.args = ("; ".join(filter(None, [str(error), *causes, task.advice()])),)
         raise
-    chosen = np.setdiff1d(selection.indices, numbers)
-    spare_count = -(-len(chosen) // 2) if demands.spares is None else demands.spares
-    spares = poses[:0]
-    if spare_count:
-        available = allowed.copy()
-        available[numbers] = False
-        found = _spares(demands, task, poses, selection.indices, available, prior, spare_count)
-        spares = poses[found]
-    return _Chosen(task, selection, poses[chosen], spares, excluded)
+
+
+def _choose_pairs(demands: _Demands, task: Task, kept: Clearance) -> _Chosen:
+    """Select pairs of poses, of which every candidate is in a few; without spares."""
+    allowed = np.flatnonzero(_allowed(demands, task, kept))
+    excluded, wanted = len(demands.candidates) - len(allowed), -(-demands.count // 2)
+    if len(allowed) < 2 * wanted:
+        raise SymkinError(
+            f"{wanted} pairs of poses are wanted, but only {len(allowed)} of "
+            f"{len(demands.candidates)} candidates may be measured"
+        )
+    random = np.random.default_rng(demands.seed)
+    even = len(allowed) - len(allowed) % 2
+    dealt = np.concatenate([random.permutation(allowed)[:even] for _ in range(_PAIRINGS)])
+    poses = demands.candidates[dealt]
+    rows = np.asarray(task.candidate_rows(poses, demands.rows))
+    rows = np.ascontiguousarray(rows.reshape(len(poses) // 2, -1, rows.shape[-1]))
+    prior = task.prior(None, demands.rows)
+    reached = np.isfinite(rows).all(axis=(1, 2))
+    selection = _selected(demands, task, rows, wanted, prior, forbidden=~reached)
+    chosen = poses.reshape(-1, 2, poses.shape[1])[selection.indices].reshape(-1, poses.shape[1])
+    return _Chosen(task, selection, chosen, poses[:0], excluded)
 
 
 def _allowed(demands: _Demands, task: Task, kept: Clearance) -> NDArray[np.bool_]:

@@ -12,6 +12,7 @@ from symkin.analysis.observability import RowKind
 from symkin.analysis.observed import Observed
 from symkin.analysis.straightedge import on_the_edge
 from symkin.data.measurements import Measurements
+from symkin.data.observables import words_between_rows
 from symkin.errors import SymkinError
 from symkin.estimate.survey import PRIORS_HOLD, Survey, placed
 from symkin.model.mechanism import Mechanism
@@ -25,7 +26,10 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class ObservedTask(Task):
-    """The selection for a survey: of poses for all unknowns at once."""
+    """The selection for a survey: of poses for all unknowns at once.
+
+    Of pairs of poses, one behind the other, where something is observed between them.
+    """
 
     survey: Survey
 
@@ -84,7 +88,9 @@ def where_observed(mechanism: Mechanism, observe: Observed | None, poses: Array)
     """
     if observe is None:
         return poses
-    if is_probing(mechanism, observe):
+    each = {*observe.kinds} - words_between_rows()
+    printed = mechanism.device is not None and mechanism.device.prints and not each
+    if (printed or each == {"height"}) and mechanism.pose_space == "translating":
         return _on_the_bed(mechanism, observe, poses)
     if observe.kinds == ("straightness",):
         return _on_the_edge(mechanism, observe, poses)

@@ -14,8 +14,6 @@ _UNITS = {"position": "m", "orientation": "rad", "per_metre": "m"}
 
 def device_in_words(device: Device) -> str:
     """All that it sets, for a list."""
-    if device.missing:
-        return f"not served yet: {device.missing}."
     observed = " and ".join(device.observe)
     if device.points:
         observed = f"{device.points} points at unknown places of the platform"

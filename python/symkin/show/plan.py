@@ -71,7 +71,10 @@ def plan_page(plan: Plan) -> Page:
     """Describe a plan: how good it is, what it shows, and where its poses lie."""
     mechanism, expected, basis = plan.mechanism, plan.expected, plan.basis
     wanted, spares = int((~plan.spare).sum()), int(plan.spare.sum())
-    headlines: list[Headline] = [("Poses", count(wanted), f"and {plural(spares, 'spare')}")]
+    beside = f"and {plural(spares, 'spare')}"
+    if basis is not None and basis.survey is not None and basis.survey.is_in_pairs:
+        beside = "in pairs: the first and the second, the third and the fourth, ..."
+    headlines: list[Headline] = [("Poses", count(wanted), beside)]
     judgement = "The poses were read from a file, which does not say how they were chosen"
     if basis is not None:
         certificates = [choice.selection.certificate for choice in basis.choices]
@@ -248,6 +251,8 @@ def _survey_text(survey: Survey) -> str:
     of = " of the target" if {"pose", "position", "orientation", "distance"} & set(kinds) else ""
     text = f"Observed will be {' and '.join(['the readings', *kinds])}{of}; unknown are "
     text += f"{plural(len(survey.unknowns), 'scalar')}: {_few(survey.unknowns)}."
+    if survey.is_in_pairs:
+        text += " Poses are in pairs, one behind the other: rows 1 and 2, 3 and 4, and so on."
     priors = int(np.isfinite(survey.priors).sum())
     return f"{text} Priors of {count(priors)} of them count too." if priors else text
 

@@ -29,8 +29,6 @@ def with_file(tmp_path, shipped, *sections):
 def test_every_device_of_the_table_is_whole():
     for device in DEVICES.values():
         assert device.visit in Visit.__args__
-        if device.missing:
-            continue
         assert set(device.observe) <= set(Observable.__args__)
         assert device.source
         assert (device.position is None) == (device.observe == ("readings",))
@@ -86,7 +84,6 @@ def test_another_device_takes_the_place_of_the_first_and_of_its_frames():
     [
         ("3RRR", "bed probe", "expected a robot that moves in space"),
         ("agile_eye", TRACKER, "a platform that only turns"),
-        ("linear_delta", "caliper on prints", "distances between two poses.*--printed"),
         ("3RRR", "lazer tracker", "expected one of"),
         ("3RRR", "", "expected one of"),
     ],

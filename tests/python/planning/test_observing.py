@@ -396,3 +396,35 @@ def test_a_run_identifies_every_leg_whatever_the_file_says(paper):
     said = paper.replace(identification=IdentificationSettings(shared=("sensor_gain",)))
     plans = [each.replace(protocol=FEW).run().plan for each in (said, paper)]
     assert np.array_equal(plans[0].poses, plans[1].poses)
+
+
+def test_poses_are_chosen_in_pairs_for_what_calipers_measure_between_them():
+    robot = symkin.load_mechanism("linear_delta").with_device("caliper on prints")
+    chosen, dealt = (
+        symkin.plan(robot, 23, candidates=300, seed=1, method=method)
+        for method in ("exchange", "random")
+    )
+    assert len(chosen.poses) == 24
+    assert not chosen.spare.any()
+    np.testing.assert_allclose(chosen.poses[:, 2], 0, atol=1e-12)  # on the bed
+    lengths = np.linalg.norm(np.diff(chosen.poses[:, :2], axis=0), axis=1)[::2]
+    assert chosen.expected.up_to_frames
+    assert chosen.expected.position < 0.9 * dealt.expected.position
+    assert lengths.min() > 0.02  # m: as far apart as a bed of 0.12 m lets most of them be
+    taken = symkin.simulate(robot, chosen, 1).measurements
+    np.testing.assert_array_equal(taken.partners[1::2, 0], taken.row_numbers[::2])
+    found = symkin.identify(robot, taken)
+    assert found.least < found.chi_square < found.limit
+    # As drawn, what is promised is what an estimate has.
+    drawn = symkin.Measurements.of(
+        chosen.poses, chosen.readings, pose_space="translating", reading_unit="m"
+    )
+    exact = symkin.identify(robot, chosen.basis.survey.observed.exact(drawn))
+    promised = {each.name: each.deviation for each in chosen.unknowns}
+    np.testing.assert_allclose(
+        [promised[name] for name in exact.names],
+        np.sqrt(np.diag(exact.model_covariance)),
+        rtol=1e-3,
+    )
+    with pytest.raises(SymkinError, match="no spares"):
+        symkin.plan(robot, 10, candidates=100, spares=2)
