@@ -247,16 +247,16 @@ def comparison_of_calibrations_page(found: Comparison) -> Page:
     rows = [
         [
             each.name,
+            milli(each.change, each.unit) if each.unit else significant(each.change),
+            significant(each.sigmas, 2) + (" moved" if each.moved else ""),
             *(
                 quantity(on_paper(each.unit)[0] * value, on_paper(each.unit)[1], 6)
                 for value in (each.first, each.second)
             ),
-            milli(each.change, each.unit) if each.unit else significant(each.change),
-            significant(each.sigmas, 2) + (" moved" if each.moved else ""),
         ]
         for each in ordered
     ]
-    columns = ["", "First", "Second", "Change", "Sigmas"]
+    columns = ["", "Change", "Sigmas", "First", "Second"]  # where a small screen ends
     table = Table(
         "What changed most",
         columns,
