@@ -143,6 +143,18 @@ def test_a_mistake_is_named_where_reflectors_are_somewhere(paper, plan, mistake,
         np.testing.assert_allclose(table.readings, taken.readings)
 
 
+def test_mirrored_axes_and_exchanged_legs_that_do_the_same_are_named_together():
+    delta = symkin.load_mechanism("rotary_delta")
+    sample = symkin.sample_workspace(delta, 500, seed=1)
+    seen = Observed("position", base=(1.0, -0.5, 0.3, 0.0, 0.0, 3.0))
+    taken = exchanged(measured(delta, symkin.make_plan(delta, sample, 30, visit="sets"), seen))
+    (said,) = said_of(delta, taken, frames=["base"])
+    every = [said, *said.others]
+    assert not any(each.then for each in every)
+    assert {each.legs for each in every} == {(), (0, 1), (1, 2), (0, 2)}
+    assert {each.code for each in every} == {"columns-exchanged", "convention-of-poses"}
+
+
 def test_gross_errors_are_named_where_everything_is_estimated_together(paper, plan):
     taken = measured(paper, plan, TRACKER)
     readings = np.array(taken.readings)

@@ -51,7 +51,7 @@ _BETTER = 20.0  # of chi-square: corrections that differ by less are not told ap
 _LOOKS = ((2, 5, 4, 24), (12, 12, 6, 8))
 _TESTS = 10  # of the first at least, by what is observed besides the coordinates of its poses
 _HOPELESS = 1000.0  # times what another leaves that may well explain the data
-_NAMED = 3
+_NAMED = 4
 _HUGE = 1000.0  # times better suffices even if something else is wrong besides
 
 
@@ -228,6 +228,9 @@ def hypotheses_of(
     proposed = [each for each in alone if each.proposed]
     before = next(each.per_degree for each in alone if each.cause is None)
     if max((each.per_degree for each in proposed), default=before) < LITTLE:
+        return alone
+    # Too many to be named may each explain the data, and a second mistake is none then.
+    if any(each.explained and each.per_degree > _TOO_GOOD for each in alone):
         return alone
     if screen and screen.agrees(stated):
         return alone
