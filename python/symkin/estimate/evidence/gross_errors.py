@@ -23,6 +23,7 @@ __all__ = ["gross_errors"]
 
 # Chi-square per degree of freedom from which gross errors are looked for by a robust loss.
 _CHI_SQUARE = 9.0
+_PLAIN = 100.0  # the same of single observations, of which more could be left out of a larger noise
 _MOST = 0.25  # of the poses: more than that are no errors of single poses
 
 
@@ -41,7 +42,7 @@ def gross_errors(found: Found) -> tuple[Doubt | None, Measurements]:
         return None, measured
     name: Estimator = "joint" if found.estimator == "joint" else "implicit"
     if not found.legs:
-        return _of_readings(found), measured
+        return _of_readings(found) if worst > _PLAIN else None, measured
     options = EstimateOptions(name, options.poses, noise=found.noise)
     count = len(measured.poses)
 
