@@ -58,6 +58,9 @@ class ExpectedAccuracy(Value):
     up_to_frames : bool
         Whether errors are those that no other base and platform frame would take away, since no
         observation shows where the platform's frame is.
+    up_to_turn : bool
+        Whether those of the orientation are what no other turn of the platform's frame would take
+        away, since of an unknown target only the place is observed.
     """
 
     position: float = field(unit="rms_m")
@@ -70,6 +73,7 @@ class ExpectedAccuracy(Value):
     position_anywhere: float | None = field(unit="m", default=None)
     orientation_anywhere: float | None = field(unit="rad", default=None)
     up_to_frames: bool = False
+    up_to_turn: bool = False
 
 
 def promised(

@@ -93,11 +93,7 @@ def with_tracking_defaults(
     placed = any(name.startswith("base") for name in chosen.get("free") or ())
     if "frames" in chosen or frames.base or placed:
         return chosen
-    chosen["frames"] = ("base",)
-    space = mechanism.space
-    if space.turns and turned:
-        chosen["frames"] = ("base", "target")
-        chosen["fixed"] = (*chosen.get("fixed", ()), *(f"target.{axis}" for axis in space.position))
+    chosen["frames"] = ("base", "target") if mechanism.space.turns and turned else ("base",)
     return chosen
 
 

@@ -22,6 +22,7 @@ from symkin.analysis.probing import (
 from symkin.analysis.promises import CONFIDENCE
 from symkin.analysis.reflectors import is_tracked, with_tracking_defaults
 from symkin.analysis.straightedge import is_along_edge, with_edge_held
+from symkin.analysis.unknown_target import TargetSeen, with_target_held
 from symkin.data.measurements import Measurements
 from symkin.data.reading import MeasuredSessions, as_measurements
 from symkin.errors import SymkinError
@@ -265,17 +266,17 @@ def _wanted(
     wanted = with_file_settings(given, mechanism.identification)
     if is_tracked(measurements):
         turned = bool(np.isfinite(measurements.poses).any())
-        return with_tracking_defaults(wanted, mechanism, turned=turned)
-    if seen_between_rows(measurements):
-        return with_pairs_defaults(wanted)
-    if is_along_edge(measurements):
-        return with_edge_held(wanted, mechanism.space)
-    if not is_probed(measurements):
-        return wanted
-    marked = is_marked(measurements)
-    if marked:
-        refuse_commanded(mechanism, measurements)
-    return with_probing_defaults(wanted, marked=marked)
+        wanted = with_tracking_defaults(wanted, mechanism, turned=turned)
+    elif seen_between_rows(measurements):
+        wanted = with_pairs_defaults(wanted)
+    elif is_along_edge(measurements):
+        wanted = with_edge_held(wanted, mechanism.space)
+    elif is_probed(measurements):
+        marked = is_marked(measurements)
+        if marked:
+            refuse_commanded(mechanism, measurements)
+        wanted = with_probing_defaults(wanted, marked=marked)
+    return with_target_held(wanted, mechanism.space, TargetSeen.of(measurements))
 
 
 def _needs_joint(

@@ -16,6 +16,7 @@ from symkin.analysis.observed import Observable, Observed
 from symkin.analysis.probing import CALIPER, is_probed, seen_between_rows
 from symkin.analysis.promises import anywhere, promised
 from symkin.analysis.reflectors import is_tracked
+from symkin.analysis.unknown_target import TargetSeen
 from symkin.analysis.workspace import sample_workspace
 from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError
@@ -162,6 +163,9 @@ class Expected(Value):
         Whether errors are those that no other base and platform frame would take away, since no
         observation shows where the platform's frame is: points at unknown places were measured, or
         nothing but readings.
+    up_to_turn : bool
+        Whether those of the orientation are what no other turn of the platform's frame would take
+        away, since of an unknown target only the place was measured.
     budget : tuple of BudgetLine
         Where the mean comes from, the observations first; empty if nothing was assumed.
     """
@@ -178,6 +182,7 @@ class Expected(Value):
     poses: int
     held: HeldByPriors | None = None
     up_to_frames: bool = False
+    up_to_turn: bool = False
     budget: tuple[BudgetLine, ...] = ()
 
     @classmethod
@@ -228,6 +233,7 @@ class Expected(Value):
             poses=len(effects),
             held=held if held and held.combinations else None,
             up_to_frames=survey.floating,
+            up_to_turn=survey.turned_anyhow,
             budget=budget,
         )
 
@@ -265,7 +271,8 @@ def promising(found: Found, robot: Mechanism) -> tuple[Survey, Array]:
 def survey_of(found: Found, robot: Mechanism, observed: Observable = "pose") -> Survey:
     """What may be observed of a robot whose unknowns are the columns of an estimate.
 
-    Points, if they are all that was measured of positions; readings, if they are all there is.
+    Points, if they are all that was measured of positions; readings, if they are all there is; the
+    position, if nothing showed how the target is turned.
     """
     layout = Problem.of(found.nominal, found.measurements, found.options).layout
     # Some may have been held to settle the gauge.
@@ -280,6 +287,8 @@ def survey_of(found: Found, robot: Mechanism, observed: Observable = "pose") -> 
         seen = Observed(("separation",))
     elif observed == "pose" and not _is_seen(found.measurements):
         seen = Observed(("readings",))
+    elif observed == "pose" and TargetSeen.of(found.measurements) == (True, False):
+        seen = Observed(("position",))
     return Survey(seen, layout.names, layout.prior, robot, layout, found.options)
 
 

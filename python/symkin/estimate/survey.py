@@ -25,6 +25,7 @@ from symkin.analysis.promises import (
 from symkin.analysis.promises import anywhere as largest_anywhere
 from symkin.analysis.reflectors import with_tracking_defaults
 from symkin.analysis.straightedge import with_edge_held
+from symkin.analysis.unknown_target import TargetSeen, with_target_held
 from symkin.data.measurements import Measurements
 from symkin.data.observables import words_between_rows
 from symkin.errors import NotIdentifiableError, SymkinError
@@ -218,6 +219,7 @@ class Survey(Value):
             unplaced = mechanism.replace(frames=drawn)
             wanted = with_tracking_defaults(wanted, unplaced, turned=turned)
             floats = floats or ("base" in wanted.get("frames", ()) and not drawn.base)
+        wanted = with_target_held(wanted, mechanism.space, TargetSeen.by(observed.kinds))
         if floats and "gauge" not in wanted:
             wanted.setdefault("prior", "tolerances")
         # Places that a plan is made for alone are no knowledge of the drawing's.
@@ -280,6 +282,16 @@ class Survey(Value):
             return True
         placeless = any(name.startswith("point") for name in self.unknowns)
         return placeless and "points" in kinds and _TRACKED.isdisjoint(kinds)
+
+    @property
+    def turned_anyhow(self) -> bool:
+        """Whether only the place of a target is seen of which nobody knows where it is.
+
+        How the platform's frame is turned no observation shows then; errors of its orientation are
+        those that no other turn would take away.
+        """
+        seen = TargetSeen.by(self.observed.kinds)
+        return "target" in self.options.frames and seen.placed and not seen.turned
 
     @property
     def asked(self) -> dict[str, Any]:
@@ -480,7 +492,9 @@ class Survey(Value):
         position, orientation, *counts = self.error_forms(poses)
         forms, known = (position, orientation), (confidence, noise_degrees)
         found = promised(forms, covariance, (counts[0], counts[1]), *known)
-        found = dataclasses.replace(found, up_to_frames=self.floating)
+        found = dataclasses.replace(
+            found, up_to_frames=self.floating, up_to_turn=self.turned_anyhow
+        )
         if anywhere is None:
             return found
         effects, _ = self.effects(examined(pose_rows(anywhere)))
@@ -532,7 +546,7 @@ class Survey(Value):
 
         Shape (n, 6, unknowns + assumed): tangents of the poses that are neither out of reach nor
         singular; and which those are. What was assumed moves it by what the estimate makes of it,
-        less what it does to the robot itself. See `floating`.
+        less what it does to the robot itself. See `floating` and `turned_anyhow`.
         """
         mechanism, space = self.mechanism, self.mechanism.pose_space
         by_legs, good = parameter_effects(mechanism, poses)
@@ -556,8 +570,9 @@ class Survey(Value):
         if space == "point":
             effects[:, 3:] = 0
             frames_alone[:, 3:] = 0
-        if self.floating:
-            effects = without_motions(effects, frames_alone, mechanism.characteristic_length)
+        motions = frames_alone if self.floating else frames_alone[..., 9:]  # turns of the target
+        if self.floating or self.turned_anyhow:
+            effects = without_motions(effects, motions, mechanism.characteristic_length)
         onto = self.layout.by_columns[: effects.shape[2]]
         moved = [effects @ onto]
         for each in self.assumed:

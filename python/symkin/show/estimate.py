@@ -43,6 +43,7 @@ from symkin.show.symmetry import robot_symmetry_section
 from symkin.show.units import on_paper
 from symkin.show.wording import (
     NONE,
+    TURN_LEFT_OUT,
     became,
     chain_subtitle,
     decimals_of,
@@ -246,12 +247,14 @@ def _known_worst(found: Estimate) -> Headline:
 def _errors(found: Estimate) -> list[ErrorLine]:
     """The robot as drawn and as calibrated, and beside it what was measured of it.
 
-    What was measured alone, where something speaks against the estimate; nothing where no
-    end-effector error was measured.
+    What was measured alone, where something speaks against the estimate; what to expect alone where
+    no end-effector error was measured, as of positions without orientation.
     """
     before, after, expected = found.before, found.after, found.expected
-    if found.heights is not None or before is None or after is None:
+    if found.heights is not None:
         return []
+    if before is None or after is None:
+        return _promised(found)
     old, new = (each.aligned or each for each in (before, after))
     if before.aligned is None or after.aligned is None:
         old, new = before, after
@@ -271,6 +274,22 @@ def _errors(found: Estimate) -> list[ErrorLine]:
             )
         lines.append(line)
     return lines
+
+
+def _promised(found: Estimate) -> list[ErrorLine]:
+    expected = found.expected
+    if expected is None or not found.trustworthy:
+        return []
+    return [
+        ErrorLine(
+            kind,
+            unit,
+            expected=getattr(expected, kind),
+            bound=getattr(expected, f"{kind}_bound"),
+            confidence=expected.confidence,
+        )
+        for kind, unit in found.nominal.space.errors
+    ]
 
 
 def instrument_of(found: Estimate, kind: str) -> float:
@@ -606,6 +625,8 @@ def _expected_table(found: Estimate) -> list[Table]:
     caption = f"Errors to expect over the workspace ({plural(expected.poses, 'pose')}), first order"
     if expected.up_to_frames:
         caption += ", of base and platform frames that are aligned"
+    if expected.up_to_turn and found.nominal.space.turns:
+        caption += f"; {TURN_LEFT_OUT}"
     return [Table(caption, ("", "Error"), [Group(rows)])]
 
 

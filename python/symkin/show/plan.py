@@ -106,6 +106,7 @@ def plan_page(plan: Plan) -> Page:
     symmetric = basis is not None and basis.symmetrical
     sets = plan.leg_poses()
     surveyed = basis is not None and basis.survey is not None
+    asked = _asked(basis.survey if basis else None)
     if basis is not None and basis.design == "legs" and _serves_all(basis, mechanism):
         notes.append(
             "the legs are alike: with --design orbits "
@@ -155,10 +156,18 @@ def plan_page(plan: Plan) -> Page:
         notes=notes,
         paragraphs=[errors] if expected is not None else [],
         next_step="take the poses in their order, spares only in place of those that the robot "
-        "cannot take; then" + (", with the same unknowns" if surveyed else ""),
-        next_command=f"symkin identify {typed_name(mechanism)} measurements.csv --out identified",
+        "cannot take; then" + (", with the same unknowns" if asked is None else ""),
+        next_command=f"symkin identify {typed_name(mechanism)} measurements.csv{asked or ''} "
+        "--out identified",
         sections=sections,
     )
+
+
+def _asked(survey: Survey | None) -> str | None:
+    """What was said of unknowns, as options of `identify`; None if the command cannot say it."""
+    if survey is None:
+        return ""
+    return dataclasses.replace(survey.options, sessions=survey.sessions).on_command_line()
 
 
 def _serves_all(basis: PlanBasis, mechanism: Mechanism) -> bool:

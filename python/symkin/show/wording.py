@@ -131,6 +131,9 @@ def percent(share: float) -> str:
     return f"{100 * share:.5g}{_SPACE}%"
 
 
+TURN_LEFT_OUT = "orientation is up to a turn of the platform's frame, which no observation shows"
+
+
 def promise(space: PoseSpace, accuracy: Expected | ExpectedAccuracy) -> str:
     """What robots keep, in a sentence: most of them, on average, and anywhere."""
 
@@ -148,6 +151,8 @@ def promise(space: PoseSpace, accuracy: Expected | ExpectedAccuracy) -> str:
         words += f"; anywhere in the workspace {share} are within {figures('_anywhere')}"
     if accuracy.up_to_frames:
         words += "; errors are those that no other base and platform frame would take away"
+    if accuracy.up_to_turn and space.turns:
+        words += f"; {TURN_LEFT_OUT}"
     return f"{words}."
 
 
