@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Mapping
 from functools import cached_property
 from typing import Any
@@ -19,6 +20,7 @@ from symkin.analysis.workspace import WorkspaceSample, sample_workspace
 from symkin.data.measurements import Measurements
 from symkin.data.reading import Measured, as_measurements
 from symkin.errors import SymkinError
+from symkin.model.framing import framed
 from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.model.mechanism import Mechanism, require_same_shape
 from symkin.model.poses import (
@@ -115,7 +117,7 @@ class Evaluation(Result):
     position_rms, position_max : float
         m, of the distance.
     orientation_rms, orientation_max : float
-        rad, of the angle; zero for a point platform.
+        rad, of the angle; zero for a point platform, NaN where positions alone were measured.
     evaluated, failed : int
         Poses in the figures, and poses left out because the mechanism cannot take them.
     differences : ndarray, shape (N, dof)
@@ -138,7 +140,7 @@ class Evaluation(Result):
         Poses left out since they were measured in part.
     closures : ndarray, shape (N, legs), or None
         How far each leg is from closing at all measurements, m (spherical: rad); NaN where it was
-        not read. None for a robot that was not measured.
+        not read. None for a robot that was not measured, or of which positions alone were.
     instrument : mapping of str to float, or None
         What the declared noise of the poses contributes to the root mean squares of ``"position"``
         and ``"orientation"``, m and rad; None where none is declared, or nothing was measured.
@@ -200,6 +202,13 @@ class Evaluation(Result):
         return POSE_SPACES[self.pose_space]
 
     @property
+    def kinds(self) -> list[tuple[str, str]]:
+        """What was evaluated, "position" and "orientation", with the units."""
+        return [
+            each for each in self.space.errors if math.isfinite(getattr(self, f"{each[0]}_rms"))
+        ]
+
+    @property
     def difference_names(self) -> tuple[str, ...]:
         """The coordinates of `differences` with their units: ``x_m``, ..."""
         return tuple(f"{name}_{unit}" for name, unit in self.space.units.items())
@@ -234,15 +243,21 @@ class Evaluation(Result):
     @property
     def means(self) -> Array:
         """Mean of each coordinate's difference, shape (dof,), m and rad."""
-        return np.asarray(np.nanmean(self.differences, axis=0))
+        known = np.isfinite(self.differences)
+        sums, counts = np.where(known, self.differences, 0).sum(axis=0), known.sum(axis=0)
+        means = np.full(len(counts), np.nan)
+        means[counts > 0] = sums[counts > 0] / counts[counts > 0]
+        return means
 
     @cached_property
     def aligned(self) -> AlignedErrors | None:
-        """Errors after the best alignment of base and tool frame; None for too few poses.
+        """Errors after the best alignment of base and tool frame; None for too few full poses.
 
         The frames are those of at most some 2000 poses, evenly taken, and the errors of all.
         """
         rows = np.flatnonzero(_complete(self.differences))
+        if not len(rows):
+            return None
         space = self.space
         components = space.components
         wanted = transforms(space.name, self.poses[rows])
@@ -336,8 +351,8 @@ def evaluate(
         Errors are those of the model's forward kinematics at the measured readings; a row without
         all readings is left out. The poses are those of the target in the device's frame if the
         model has `frames`. Where points were measured instead of poses, these are what the points
-        say of the platform, and the errors those in their middle.
-
+        say of the platform, and the errors those in their middle. Where positions alone were, so
+        are the errors.
     confidence : float
         With which `Evaluation.promise` is kept.
 
@@ -348,11 +363,14 @@ def evaluate(
     """
     model = as_mechanism(model, "model")
     actual = None if actual is None else as_mechanism(actual, "actual")
-    numbers = None
+    numbers, placed = None, False
     if measurements is not None:
         measurements = as_measurements(measurements, model)
     arm = np.zeros(3)
     if measurements is not None and actual is None and poses is None:
+        placed = _is_placed(measurements)
+        if placed:
+            measurements = _turned_as(model, measurements)
         own, arm = own_poses(model, measurements)
         measurements = dataclasses.replace(measurements, poses=own)
         whole = np.isfinite(measurements.poses).all(axis=1)
@@ -393,15 +411,37 @@ def evaluate(
     result = dataclasses.replace(result, confidence=confidence)
     if measurements is None:
         return result
+    if placed:
+        differences = result.differences.copy()
+        differences[:, model.space.size :] = np.nan
+        result = dataclasses.replace(
+            result, differences=differences, orientation_rms=math.nan, orientation_max=math.nan
+        )
     partial = int((~whole).sum())
     return dataclasses.replace(
         result,
         unread=whole.size - partial - len(rows),
         partial=partial,
-        closures=closures_of(model, measurements),
+        closures=None if placed else closures_of(model, measurements),
         instrument=_instrument(model, measurements),
         notes=measurements.notes,
     )
+
+
+def _is_placed(measurements: Measurements) -> bool:
+    """Whether positions, and nothing of orientations, were measured of a platform that turns."""
+    space, known = measurements.space, np.isfinite(measurements.poses)
+    if not (space.turns and space.moves) or measurements.points is not None:
+        return False
+    return bool(known[:, : space.size].all(axis=1).any() and not known[:, space.size :].any())
+
+
+def _turned_as(model: Mechanism, measurements: Measurements) -> Measurements:
+    """Positions that were measured, with the orientations that the model has at the readings."""
+    poses, read = measurements.poses.copy(), np.isfinite(measurements.readings).all(axis=1)
+    taken, _ = model.forward_kinematics(measurements.readings[read])
+    poses[read, model.space.size :] = framed(model, taken)[:, model.space.size :]
+    return dataclasses.replace(measurements, poses=poses)
 
 
 def at_arm(differences: Array, poses: Array, arm: Array, space: PoseSpace) -> tuple[Array, Array]:

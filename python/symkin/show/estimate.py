@@ -250,46 +250,39 @@ def _errors(found: Estimate) -> list[ErrorLine]:
     What was measured alone, where something speaks against the estimate; what to expect alone where
     no end-effector error was measured, as of positions without orientation.
     """
-    before, after, expected = found.before, found.after, found.expected
+    before, after = found.before, found.after
     if found.heights is not None:
         return []
-    if before is None or after is None:
-        return _promised(found)
-    old, new = (each.aligned or each for each in (before, after))
-    if before.aligned is None or after.aligned is None:
-        old, new = before, after
-    lines = []
-    for kind, unit in found.nominal.space.errors:
-        measured = getattr(old, f"{kind}_rms"), getattr(new, f"{kind}_rms")
-        line = ErrorLine(kind, unit, measured=measured)
-        if found.trustworthy and expected is not None:
-            instrument = instrument_of(found, kind)
-            line = dataclasses.replace(
-                line,
-                before=math.sqrt(max(measured[0] ** 2 - instrument**2, 0.0)),
-                expected=getattr(expected, kind),
-                bound=getattr(expected, f"{kind}_bound"),
-                confidence=expected.confidence,
-                instrument=instrument,
-            )
-        lines.append(line)
-    return lines
+    kinds = found.nominal.space.errors
+    lines = {kind: _expected_line(found, kind, unit) for kind, unit in kinds}
+    if before is not None and after is not None:
+        old, new = (each.aligned or each for each in (before, after))
+        if before.aligned is None or after.aligned is None:
+            old, new = before, after
+        for kind, _ in after.kinds:
+            measured = getattr(old, f"{kind}_rms"), getattr(new, f"{kind}_rms")
+            lines[kind] = dataclasses.replace(lines[kind], measured=measured)
+            if lines[kind].expected is not None:
+                instrument = instrument_of(found, kind)
+                lines[kind] = dataclasses.replace(
+                    lines[kind],
+                    before=math.sqrt(max(measured[0] ** 2 - instrument**2, 0.0)),
+                    instrument=instrument,
+                )
+    return [each for each in lines.values() if each.measured or each.expected is not None]
 
 
-def _promised(found: Estimate) -> list[ErrorLine]:
-    expected = found.expected
+def _expected_line(found: Estimate, kind: str, unit: str) -> ErrorLine:
+    """What to expect of an estimate that nothing speaks against."""
+    line, expected = ErrorLine(kind, unit), found.expected
     if expected is None or not found.trustworthy:
-        return []
-    return [
-        ErrorLine(
-            kind,
-            unit,
-            expected=getattr(expected, kind),
-            bound=getattr(expected, f"{kind}_bound"),
-            confidence=expected.confidence,
-        )
-        for kind, unit in found.nominal.space.errors
-    ]
+        return line
+    return dataclasses.replace(
+        line,
+        expected=getattr(expected, kind),
+        bound=getattr(expected, f"{kind}_bound"),
+        confidence=expected.confidence,
+    )
 
 
 def instrument_of(found: Estimate, kind: str) -> float:

@@ -68,7 +68,7 @@ def _errors(evaluation: Evaluation) -> list[ErrorLine]:
             largest=getattr(evaluation, f"{kind}_max"),
             instrument=noise.get(kind),
         )
-        for kind, unit in evaluation.space.errors
+        for kind, unit in evaluation.kinds
     ]
 
 
@@ -83,7 +83,7 @@ def _bounds(evaluation: Evaluation) -> list[Headline]:
             milli(getattr(promise, f"{kind}_bound"), unit),
             f"rms bound, {percent(promise.confidence)} sure",
         )
-        for kind, unit in evaluation.space.errors
+        for kind, unit in evaluation.kinds
     ]
 
 
@@ -111,14 +111,14 @@ def _verdict(evaluation: Evaluation) -> Verdict:
 
 def _is_of_frames(evaluation: Evaluation) -> bool:
     """Whether most of the error is gone once the frames are aligned."""
-    name = f"{evaluation.space.errors[0][0]}_rms"
+    name = f"{evaluation.kinds[0][0]}_rms"
     aligned = evaluation.aligned
     return aligned is not None and getattr(aligned, name) < getattr(evaluation, name) / 2
 
 
 def _promised(evaluation: Evaluation) -> list[str]:
     """What these poses say of others like them."""
-    promise, kinds = evaluation.promise, evaluation.space.errors
+    promise, kinds = evaluation.promise, evaluation.kinds
     if not math.isfinite(promise.position_bound):
         return []
     bounds = [milli(getattr(promise, f"{kind}_bound"), unit) for kind, unit in kinds]
@@ -147,7 +147,7 @@ def cross_validation_page(validation: CrossValidation) -> Page:
     if evaluation is not None:
         headlines += [
             (f"{kind.capitalize()} error, rms", milli(value, unit), "")
-            for kind, unit in evaluation.space.errors
+            for kind, unit in evaluation.kinds
             for value in (getattr(evaluation, f"{kind}_rms"),)
         ]
         parts: list[Table | Image] = [
@@ -188,6 +188,8 @@ def error_table(
         groups.append(Group(rows, f"As it is, {validation.name}"))
     means = []
     for index, difference in enumerate(first.difference_names):
+        if not math.isfinite(first.means[index]):
+            continue
         name, _, unit = difference.rpartition("_")
         means.append([f"mean {name}", *(milli(each.means[index], unit) for each in found), *spare])
     groups.append(Group(means, "Mean difference, as it is"))
@@ -211,7 +213,7 @@ def _error_rows(
     expected: ExpectedAccuracy | None = None,
 ) -> list[list[str]]:
     rows = []
-    for kind, unit in kind_of.space.errors:
+    for kind, unit in kind_of.kinds:
         for figure, name in (("rms", "root mean square"), ("max", "maximum")):
             values = [getattr(each, f"{kind}_{figure}") for each in errors]
             cells = list(spare)
@@ -227,9 +229,7 @@ def _error_rows(
 
 def errors_in_words(kind_of: Evaluation, errors: Evaluation | AlignedErrors) -> str:
     """Root mean squares of position and orientation, of those that the platform has."""
-    return " and ".join(
-        milli(getattr(errors, f"{kind}_rms"), unit) for kind, unit in kind_of.space.errors
-    )
+    return " and ".join(milli(getattr(errors, f"{kind}_rms"), unit) for kind, unit in kind_of.kinds)
 
 
 def left_out(figures: Mapping[str, Evaluation | ExpectedAccuracy]) -> list[str]:
@@ -247,7 +247,7 @@ def error_figures(
     before: Evaluation, after: Evaluation, expected: ExpectedAccuracy | None = None
 ) -> list[Image]:
     """How large the errors are, and where."""
-    (kind, _), *_ = after.space.errors
+    (kind, _), *_ = after.kinds
     columns = " Columns are projections." if after.space.in_space else ""
     if after.pose_space == "planar":
         columns = " Columns are bands of the platform angle."
@@ -270,7 +270,7 @@ def error_figures(
 
 def _map(evaluation: Evaluation) -> Image:
     """Where the errors are."""
-    (kind, _), *_ = evaluation.space.errors
+    (kind, _), *_ = evaluation.kinds
     return Image(
         "errors",
         f"Map of the {kind} error over the poses.",
@@ -293,7 +293,7 @@ def _closure_table(evaluation: Evaluation) -> list[Table]:
 def _worst(evaluation: Evaluation) -> Table:
     """The poses with the largest errors."""
     errors = dict(zip(("m", "rad"), evaluation.errors, strict=True))
-    kinds = evaluation.space.errors
+    kinds = evaluation.kinds
     (_, first), *_ = kinds
     order = np.argsort(-np.nan_to_num(errors[first], nan=-1), kind="stable")[:_WORST]
     rows = [

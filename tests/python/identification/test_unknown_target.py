@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Targets at unknown places of which only the place is observed, or only the turn."""
 
+import numpy as np
 import pytest
 
 import symkin
@@ -45,9 +46,24 @@ def test_the_orientation_of_a_platform_is_promised_up_to_the_turn_that_nothing_s
     assert "which no observation shows" in page_text(page_of(found), whole=True)
 
 
+def test_positions_alone_are_evaluated_before_and_after(robot, plan, found):
+    seen = Observed(("position",), base=(0.3, -0.2, 0.35), target=(0.1, 0.05, 0.0))
+    anew = robot.simulate(plan, 1, observe=seen, actual=robot.simulate(plan, 1).actual)
+    after = found.mechanism.evaluate(measurements=anew.measurements)
+    noise = np.sqrt(2) * robot.noise.position
+    assert found.before.position_rms > 10 * noise
+    for each in (after, found.after):
+        assert each.position_rms < 1.2 * noise
+        assert each.kinds == [("position", "m")]
+        assert np.isnan(each.differences[:, 2]).all()
+    assert after.closures is None
+
+
 def test_the_first_screen_says_how_accurate_a_robot_is_of_which_positions_were_measured(found):
-    assert found.before is None
-    assert f"{1e3 * found.expected.position_bound:.4f}" in page_text(page_of(found))
+    told = page_text(page_of(found))
+    assert f"{1e3 * found.before.position_rms:.2f} \N{RIGHTWARDS ARROW} " in told
+    assert f"{1e3 * found.expected.position_bound:.4f}" in told
+    assert f"{np.degrees(found.expected.orientation_bound):.4f}" in told
 
 
 def test_the_command_after_a_plan_asks_for_the_same_unknowns(plan):

@@ -333,7 +333,7 @@ def error_histogram(
     -------
     Figure or SubFigure
     """
-    names = before.space.errors
+    names = before.kinds
     labels = [f"{kind} error, {small(unit)[1]}" for kind, unit in names]
     factors = [small(unit)[0] for _, unit in names]
     kinds = list(zip(factors, labels, _error_sizes(before), _error_sizes(after), strict=True))
@@ -385,7 +385,7 @@ def error_map(
     rows = np.asarray(poses.poses if isinstance(poses, WorkspaceSample) else poses, dtype=float)
     panels = _map_panels(rows, before.space)
     rows = shown_of(before.space, rows)
-    (kind, unit), *_ = before.space.errors
+    (kind, unit), *_ = before.kinds
     states = {"": before} if after is None else {"before": before, "after": after}
     flat = len(panels) == 1
     figure = new_figure(8.6, 3.4 if flat or after is None else 5.4, figure)
@@ -550,10 +550,9 @@ class Panel(NamedTuple):
 
 
 def _error_sizes(evaluation: Evaluation) -> list[Array]:
-    """Distance (m) and angle (rad) of each pose's error, of those that the platform has."""
-    differences, positions = evaluation.differences, evaluation.space.size
-    parts = (differences[:, :positions], differences[:, positions:])
-    return [np.linalg.norm(part, axis=1) for part in parts if part.shape[1]]
+    """Distance (m) and angle (rad) of each pose's error, of those that were evaluated."""
+    sizes = dict(zip(("position", "orientation"), evaluation.errors, strict=True))
+    return [sizes[kind] for kind, _ in evaluation.kinds]
 
 
 def _draw_histogram(axes: Axes, before: Array, after: Array, expected: float | None) -> None:
