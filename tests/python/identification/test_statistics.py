@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Intervals, chi-squares and doubts of 300 simulated robots for each estimator."""
+"""Intervals, chi-squares and doubts of 200 simulated robots for each estimator."""
 
 from dataclasses import replace
 
@@ -9,7 +9,7 @@ import pytest
 import symkin
 from symkin.errors import NotIdentifiableError
 
-ROBOTS = 300
+ROBOTS = 200
 ESTIMATORS = ("paper", "inverse", "implicit", "joint")
 
 

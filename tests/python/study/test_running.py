@@ -3,6 +3,7 @@
 import builtins
 import logging
 import os
+import shutil
 import signal
 import socket
 import subprocess
@@ -119,15 +120,17 @@ def test_a_part_with_a_flipped_bit_is_named_and_computed_again(
     assert any("damaged" in doing and part.name in doing for doing in told)
 
 
-def test_parts_that_were_exchanged_are_computed_again(small: Path, tmp_path: Path) -> None:
-    run_study(small, tmp_path)
-    whole = _table(tmp_path)
-    first, second, *_ = sorted(tmp_path.glob("parts/*.part"))
+def test_parts_that_were_exchanged_are_computed_again(
+    small: Path, undisturbed: tuple[StudyResult, Path], tmp_path: Path
+) -> None:
+    folder = tmp_path / "study"
+    shutil.copytree(undisturbed[1], folder)
+    first, second, *_ = sorted(folder.glob("parts/*.part"))
     one, other = first.read_bytes(), second.read_bytes()
     first.write_bytes(other)
     second.write_bytes(one)
-    run_study(small, tmp_path)
-    assert _table(tmp_path) == whole
+    run_study(small, folder)
+    assert _table(folder) == _table(undisturbed[1])
 
 
 def test_a_part_of_another_study_is_computed_again(
