@@ -152,16 +152,19 @@ def measurable_symmetry(
     -------
     MeasurableSymmetry or None
         None for a robot without a symmetry that keeps working modes and home, or legs that bind the
-        platform.
+        platform, and for one that can take none of the poses.
     """
     pairs = pairs or symmetry_pairs(mechanism)
     elements = pairs.keep_modes_and_home
     if len(elements) < 2 or mechanism.closures > 1:
         return None
     rows = pose_rows(poses)
-    rows = rows[:: -(-len(rows) // _MOST)]
+    rows = rows[:: -(-len(rows) // _MOST) or 1]
     noise = _noise_of_closures(mechanism, rows)
-    rows, noise = rows[known := np.isfinite(noise).all(axis=1)], noise[known]
+    known = np.isfinite(noise).all(axis=1)
+    if not known.any():
+        return None
+    rows, noise = rows[known], noise[known]
     images = [each.map_poses(mechanism, rows) for each in elements]
     at_images = [_noise_of_closures(mechanism, each) for each in images]
     box = np.array([inside_box(mechanism, each) for each in images])

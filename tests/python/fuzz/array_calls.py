@@ -15,6 +15,7 @@ import symkin
 import symkin.exports
 import symkin.model.file_frames
 from symkin import _core, acceptance
+from symkin.analysis.measurable import measurable_symmetry
 from symkin.analysis.observability import error_weight, expected_accuracy, mechanism_rows
 from symkin.analysis.observed import Observed
 from symkin.errors import NotIdentifiableError
@@ -548,6 +549,9 @@ def _of_package(mechanism: symkin.Mechanism, poses: np.ndarray) -> Iterator[Call
     )
     yield Call(
         "visits_of", {"commanded": poses}, lambda commanded: acceptance.visits_of(commanded, 1e-3)
+    )
+    yield Call(
+        "measurable_symmetry", {"poses": poses}, lambda poses: measurable_symmetry(mechanism, poses)
     )
     yield Call("map_poses", {"poses": poses}, lambda poses: map_poses(mechanism, "r0", poses))
     yield Call(

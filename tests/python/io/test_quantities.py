@@ -52,7 +52,7 @@ def test_an_expression_has_its_value_in_si(text: object, unit: str, expected: fl
         ("1 m / (1 m)", "m", ["is a plain number", "expected a length"]),
         ("sin(30 deg)", "m", ["is a plain number"]),
         ("3 m**2", "m", ["m ** 2"]),
-        ("3 kg", "m", ['unknown unit or function "kg"', '"km"']),
+        ("3 kg", "m", ['unknown unit or function "kg"']),
         ("3 Deg", "rad", ['"Deg"', '"deg"']),
         ("1 m + 2", "m", ["cannot be evaluated"]),
         ("1 m + 2 rad", "m", ["cannot be evaluated"]),
