@@ -31,8 +31,9 @@ run: $(STAMPS)/package ## Run the whole protocol on the 3-RRR and write out/3RRR
 study: $(STAMPS)/paper $(STAMPS)/cluster ## Judge the paper by a thousand robots a protocol and write out/study/report.html
 	@.venv/bin/symkin study paper --workers $(JOBS) --out out/study --overwrite
 
-test: $(STAMPS)/paper $(STAMPS)/test | system-test-packages ## Build and run the C++ and the Python tests
+test: build/dev/configured $(STAMPS)/test | system-test-packages ## Build and run the C++ and the Python tests
 	@cmake --build --preset dev --parallel $(JOBS)
+	@$(MAKE) $(STAMPS)/paper
 	@scripts/test
 
 sanitize: build/sanitize/configured ## Run the C++ tests under the address and undefined-behaviour sanitizers
