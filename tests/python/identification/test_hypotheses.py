@@ -160,9 +160,19 @@ def test_gross_errors_are_named_where_everything_is_estimated_together(paper, pl
     readings = np.array(taken.readings)
     readings[[3, 9, 14], 1] = 0.0  # an encoder that drops out
     framed = {"frames": ["base", "target"]}
-    (said,) = symkin.identify(paper, replace(taken, readings=readings), **framed).doubts
+    wrong = replace(taken, readings=readings)
+    (said,) = symkin.identify(paper, wrong, **framed).doubts
     assert (said.code, said.rows) == ("gross-errors", (5, 11, 16))
     assert "each in the reading of leg 2" in said.cause
+    assert said.options == {"loss": "cauchy", "loss_per": "reading"}
+    followed, sound = (
+        symkin.identify(paper, each, **framed, **asked)
+        for each, asked in ((wrong, said.options), (taken, {}))
+    )
+    assert followed.converged
+    assert not followed.unexplained
+    off = followed.mechanism.parameters - sound.mechanism.parameters
+    assert np.nanmax(np.abs(off / followed.deviations)) < 2
 
 
 def test_heights_are_not_told_to_be_in_a_unit_in_which_all_of_them_are_noise():

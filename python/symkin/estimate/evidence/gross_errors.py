@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -83,11 +85,17 @@ def _of_readings(found: Found) -> Doubt | None:
     rows = np.unique([row for row, _ in robust.rejected])
     alike = {what for _, what in robust.rejected}
     what = f", each in the {alike.pop()}" if len(alike) == 1 else ""
-    return _told(found, rows, robust.chi_square_ratio, what)
+    return _told(found, rows, robust.chi_square_ratio, what, {"loss_per": "reading"})
 
 
-def _told(found: Found, gross: NDArray[np.intp], ratio: float, what: str = "") -> Doubt:
+def _told(
+    found: Found,
+    gross: NDArray[np.intp],
+    ratio: float,
+    what: str = "",
+    more: Mapping[str, str] = MappingProxyType({}),
+) -> Doubt:
     numbers = tuple(found.measurements.row_numbers[gross].tolist())
     figures = {"total": len(found.measurements.poses), "after": ratio, "what": what}
-    doubt = Doubt("gross-errors", rows=numbers, figures=figures, options={"loss": "cauchy"})
+    doubt = Doubt("gross-errors", rows=numbers, figures=figures, options={"loss": "cauchy", **more})
     return doubt.as_cause((), found.chi_square_ratio, ratio, whole=True)
