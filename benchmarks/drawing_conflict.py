@@ -21,7 +21,7 @@ from symkin import _core
 from symkin.estimate.conflict import LIMIT
 from symkin.model.settings import Frames
 
-_PRIORS = {"prior": "tolerances", "frames": ["base", "target"], "fixed": ["target.phi"]}
+_PRIORS = {"prior": "tolerances", "frames": ["base", "target"]}
 _INTERVAL = 1.96
 _SHOWN = 0.1  # eigenvalue of a direction that is compared with the drawing
 

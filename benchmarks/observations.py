@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Whether intervals and chi-square hold for rows in pairs, planes, bars and attitudes.
+"""Whether intervals and chi-square hold for rows in pairs, ties, planes, bars and attitudes.
 
     python benchmarks/observations.py [ROBOTS] [CASE ...]
     python benchmarks/observations.py hubs
@@ -32,6 +32,10 @@ from symkin.planning.simulation import disturb
 
 WITHIN = 1.959964
 SHEET = 0.02  # m, of the sheet above the base
+DRILLED = [
+    ("leg1.proximal_length", "leg2.distal_length"),
+    ("leg2.proximal_length", "leg3.proximal_length"),
+]
 
 Case = tuple[symkin.Mechanism, Observed, int, dict[str, Any]]
 
@@ -77,7 +81,12 @@ def differences_alone() -> Case:
 def same_point() -> Case:
     """A planar robot that touches the same point twice, turned otherwise; see `_touching`."""
     robot = planar().replace(frames=Frames(target=(0.03, 0.01, 0.0)))
-    return robot, Observed(("offset",)), 40, {"frames": ["target"], "fixed": ["target.phi"]}
+    return robot, Observed(("offset",)), 40, {"frames": ["target"]}
+
+
+def tied() -> Case:
+    """A planar robot of which links of two legs were drilled in one clamping, see `_drilled`."""
+    return planar(), Observed(("position",)), 30, {"tie": [f"{a} = {b}" for a, b in DRILLED]}
 
 
 def ball_bar() -> Case:
@@ -126,6 +135,7 @@ CASES: dict[str, Callable[[], Case]] = {
         heights_and_distances,
         differences_alone,
         same_point,
+        tied,
         ball_bar,
         tilt,
         position_and_tilt,
@@ -134,6 +144,18 @@ CASES: dict[str, Callable[[], Case]] = {
         along_and_across,
     )
 }
+
+
+def _drilled(actual: symkin.Mechanism) -> symkin.Mechanism:
+    """The robot with links as long as those that they were drilled with."""
+    parameters, names = np.array(actual.parameters), actual.parameter_names
+    for pair in DRILLED:
+        (leg, own), (other, its) = (
+            (int(block[3:]) - 1, names.index(name))
+            for block, _, name in (each.partition(".") for each in pair)
+        )
+        parameters[other, its] = parameters[leg, own]
+    return actual.with_parameters(parameters, symmetry=None)
 
 
 def _touching(robot: symkin.Mechanism, count: int) -> np.ndarray:
@@ -165,6 +187,8 @@ def figures(case: Callable[[], Case], robots: int) -> Iterator[tuple[float, floa
     poses = where_observed(robot, observed, poses)
     for seed in range(robots):
         actual = disturb(robot, seed)
+        if case is tied:
+            actual = _drilled(actual)
         readings = actual.inverse_kinematics(poses)
         there = np.isfinite(readings).all(axis=1)
         exact = symkin.Measurements.of(
