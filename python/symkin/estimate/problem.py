@@ -6,7 +6,7 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import cached_property
 
 import numpy as np
@@ -574,6 +574,15 @@ def _largest_readings(mechanism: Mechanism, readings: Array) -> tuple[float, ...
     units = np.array([mechanism.leg_info(leg).reading_unit for leg in range(readings.shape[1])])
     return tuple(
         float(np.nanmax(np.abs(readings[:, units == unit]), initial=0.0)) for unit in units
+    )
+
+
+def says_nothing(seen: Iterable[str]) -> NotIdentifiableError:
+    """Why observations of these kinds are none: poses have no more of them than freedoms."""
+    kinds = " and ".join(dict.fromkeys(seen))
+    return NotIdentifiableError(
+        f"some pose explains any {kinds}, so they say nothing of what is unknown; observe more of "
+        "the poses"
     )
 
 

@@ -26,7 +26,7 @@ from symkin.estimate.fit import as_mechanism
 from symkin.estimate.found import Found, GoodnessOfFit, Latent
 from symkin.estimate.options import EstimateOptions
 from symkin.estimate.parameters import unknowns_of
-from symkin.estimate.problem import Problem, Rows
+from symkin.estimate.problem import KINDS, Problem, Rows, says_nothing
 from symkin.estimate.session_noise import noise_of_sessions
 from symkin.model.canonical import canonical
 from symkin.model.core_setup import frames_of, scalar_values
@@ -54,6 +54,9 @@ def together(mechanism: Mechanism, measurements: Measurements, options: Estimate
         problem, fit, session_noise = noise_of_sessions(problem, fit)
         problem, fit = problem.with_fitted_prior(fit)
         measurements = problem.measurements
+    taken = Rows.of(fit).kind  # none where no pose could be explained
+    if fit.converged and len(taken) and not any(fit.conditions):
+        raise says_nothing(KINDS[kind] for kind in taken)
     known, assumed = _Known.of(problem, fit), assumed_of(problem, fit)
     total = widened(known.covariance, assumed)
     if problem.fitted_prior is not None:

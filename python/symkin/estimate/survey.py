@@ -32,7 +32,7 @@ from symkin.errors import NotIdentifiableError, SymkinError
 from symkin.estimate.assumed import Assumed, moved_by, widened
 from symkin.estimate.covariates import Covariate, observations_of, slopes_of
 from symkin.estimate.options import EstimateOptions
-from symkin.estimate.problem import Problem, layout_of
+from symkin.estimate.problem import Problem, layout_of, says_nothing
 from symkin.estimate.starting import starting_poses
 from symkin.estimate.unknowns import BED, SAG, SCALE, Layout, Priors, Sensor, with_file_settings
 from symkin.estimate.whitened import typical_sizes
@@ -322,11 +322,7 @@ class Survey(Value):
         """
         rows = self._rows(self.layout, poses, read)
         if not rows.shape[1]:
-            seen = " and ".join(dict.fromkeys((*self.observed.kinds, "readings")))
-            raise NotIdentifiableError(
-                f"some pose explains any {seen}, so they say nothing of what is unknown; observe "
-                "more of the poses"
-            )
+            raise says_nothing((*self.observed.kinds, "readings"))
         return rows
 
     def _rows(self, layout: Layout, poses: Array, read: NDArray[np.bool_] | None) -> Array:

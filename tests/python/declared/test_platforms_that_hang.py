@@ -70,3 +70,15 @@ def test_readings_alone_are_refused(
     symkin.simulate(robot, plan, 1, observe="readings").measurements.save(path, robot)
     with pytest.raises(MeasurementError, match="they leave rx, ry to gravity"):
         symkin.read_measurements(path, robot)
+
+
+def test_readings_with_tilts_are_as_many_as_the_platform_moves_and_say_nothing(
+    robot: symkin.Mechanism, plan: symkin.Plan
+) -> None:
+    measured = symkin.simulate(robot, plan, 1, observe="tilt").measurements
+    for nothing in (
+        lambda: symkin.identify(robot, measured, prior="tolerances"),
+        lambda: symkin.plan(robot, 12, candidates=200, observe="tilt", prior="tolerances"),
+    ):
+        with pytest.raises(NotIdentifiableError, match="some pose explains any"):
+            nothing()
