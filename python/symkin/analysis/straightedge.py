@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from symkin.analysis.unknown_target import with_held
 from symkin.data.measurements import Measurements
 from symkin.errors import NotIdentifiableError
 from symkin.model.mechanism import Mechanism
@@ -51,16 +52,11 @@ def with_edge_held(wanted: Mapping[str, Any], space: PoseSpace) -> dict[str, Any
 
     Unless `free` names it.
     """
-    chosen = dict(wanted)
-    if "base" not in (chosen.get("frames") or ()):
-        return chosen
+    if "base" not in (wanted.get("frames") or ()):
+        return dict(wanted)
     held = ["x", "rx"] if space.in_space else ["x"]
-    blocks = ["base", *["session*"] * ("frames" in (chosen.get("sessions") or ()))]
-    names = [f"{block}.{each}" for block in blocks for each in held]
-    named = chosen.get("free") or ()
-    more = [each for each in names if each not in named]
-    chosen["fixed"] = (*(chosen.get("fixed") or ()), *more)
-    return chosen
+    blocks = ["base", *["session*"] * ("frames" in (wanted.get("sessions") or ()))]
+    return with_held(wanted, [f"{block}.{each}" for block in blocks for each in held])
 
 
 def edge_of(mechanism: Mechanism, measurements: Measurements) -> Transform:

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,7 +12,7 @@ from symkin.data.measurements import Measurements
 from symkin.data.observables import OBSERVABLES, Observable
 from symkin.model.poses import PoseSpace
 
-__all__ = ["TargetSeen", "with_target_held"]
+__all__ = ["TargetSeen", "with_held", "with_target_held"]
 
 _FURTHER = [each for each in OBSERVABLES.values() if "target" in each.frames and not each.is_pose]
 
@@ -60,14 +60,15 @@ def with_target_held(
     A target of which only the place is seen has no orientation, and the other way round. Unless
     `free` names it.
     """
-    chosen = dict(wanted)
-    if "target" not in (chosen.get("frames") or ()) or not any(seen):
-        return chosen
+    if "target" not in (wanted.get("frames") or ()) or not any(seen):
+        return dict(wanted)
     turns = ("phi",) if space.size == 2 else ("rx", "ry", "rz")
     unseen = [*space.position * (not seen.placed), *turns * (not seen.turned)]
-    names = [f"target.{each}" for each in unseen]
-    named = chosen.get("free") or ()
+    return with_held(wanted, [f"target.{each}" for each in unseen])
+
+
+def with_held(wanted: Mapping[str, Any], names: Sequence[str]) -> dict[str, Any]:
+    """Arguments of `identify` with more that is held, but what `free` names."""
+    named = wanted.get("free") or ()
     held = tuple(each for each in names if each not in named)
-    if held:
-        chosen["fixed"] = (*(chosen.get("fixed") or ()), *held)
-    return chosen
+    return {**wanted, "fixed": (*(wanted.get("fixed") or ()), *held)} if held else dict(wanted)
