@@ -51,8 +51,12 @@ class DrawingConflict(Value):
 
     @property
     def variance_factor(self) -> float:
-        """On variances that rest on priors, so that they hold for robots of wider tolerances."""
-        return max(1.0, self.ratio)
+        """On variances that rest on priors, so that they hold for robots of wider tolerances.
+
+        Intervals grow by q / k itself. Its root, the tolerances' own factor, is enough on average;
+        but the robots that are trusted have the smaller q, by chance.
+        """
+        return max(1.0, self.ratio) ** 2
 
 
 def conflict_of(

@@ -102,8 +102,8 @@ class Estimate(Examined[M], FolderResult):
         Chi-square per degree of freedom where that is larger than the declared noise explains,
         else 1.
     conflict_factor : float
-        On variances that rest on priors: how much further from the drawing the robot is than they
-        say, at least 1; 1 without priors.
+        On variances that rest on priors: the square of `conflict.ratio`, which says how much
+        further from the drawing the robot is than they do, at least 1; 1 without priors.
     assumed : tuple of Assumed
         What was declared of what is held or assumed (`identify`'s `assume`), and how far it moves
         the estimates; `covariance` contains it, `observed_covariance` does not.

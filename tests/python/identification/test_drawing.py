@@ -57,7 +57,7 @@ def test_a_robot_at_three_tolerances_is_doubted_and_its_intervals_are_wider(robo
     factors = np.array([each.conflict.factor for each in found])
     assert np.exp(np.log(factors).mean()) == pytest.approx(3.0, rel=0.35)
     for each in found:
-        assert each.conflict_factor == pytest.approx(each.conflict.ratio)
+        assert each.conflict_factor == pytest.approx(each.conflict.ratio**2)
         assert each.covariance == pytest.approx(
             each.model_covariance * max(each.conflict_factor, each.noise_factor)
         )
