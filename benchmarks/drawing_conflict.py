@@ -3,17 +3,18 @@
 
 Usage: .venv/bin/python benchmarks/drawing_conflict.py [robots | linear]
 
-Robots of the 3-RRR made at several times the tolerances of its file, of which 60 positions are
-measured with both frames unknown. Stopped are those that the comparison with the drawing doubts,
-trusted those that chi-square does not doubt either. Of all and of the trusted: how many 95%
-intervals of the legs' parameters hold the truth, by the model's covariance and as they are printed.
-With `linear` 400 000 robots of the linear model at one of these estimates, and at one of a linear
-delta of which 40 heights are probed, in seconds; of those trusted also how many would hold if
-intervals were widened by the root of q/k in place of q/k.
+Robots made at several times the tolerances of their file: the 3-RRR, of which 60 positions are
+measured with both frames unknown, and a linear delta of which 40 heights are probed. Stopped are
+those that the comparison with the drawing doubts, trusted those that chi-square does not doubt
+either. Of all and of the trusted: how many 95% intervals of the legs' parameters hold the truth, by
+the model's covariance and as they are printed.
+With `linear` 400 000 robots of the linear model at one of these estimates, in seconds; of those
+trusted also how many would hold if intervals were widened by the root of q/k in place of q/k.
 """
 
 import dataclasses
 import sys
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -22,48 +23,87 @@ from symkin import _core
 from symkin.estimate.conflict import LIMIT
 from symkin.estimate.estimate import Estimate
 from symkin.model.settings import Frames
+from symkin.planning.simulation import Simulation
 
-_PRIORS = {"prior": "tolerances", "frames": ["base", "target"]}
 _INTERVAL = 1.96
 _SHOWN = 0.1  # eigenvalue of a direction that is compared with the drawing
+
+
+class Case(NamedTuple):
+    """A robot, its poses, and how it is measured and identified."""
+
+    title: str
+    robot: symkin.Mechanism
+    plan: symkin.Plan
+    observe: str
+    asked: dict[str, Any]
+
+    def measured(self, made: symkin.Mechanism, seed: int) -> Simulation:
+        """A robot made within the tolerances of another mechanism, measured."""
+        return symkin.simulate(made, self.plan, seed, observe=self.observe)
+
+    def identified(self, taken: Simulation) -> Estimate:
+        """The estimate, tolerances as priors."""
+        return symkin.identify(self.robot, taken.measurements, prior="tolerances", **self.asked)
+
+
+def cases() -> list[Case]:
+    """A robot of which all positions are measured, and one of which a bed is probed."""
+    frames = Frames(base=(0.3, -0.2, 0.4), target=(0.1, 0.05, 0))
+    planar, delta = symkin.load("3RRR").replace(frames=frames), symkin.load("linear_delta")
+    plans = []
+    for robot, count, options in (
+        (planar, 60, {"spares": 30, "margin_sigmas": 9}),
+        (delta, 40, {"observe": "height"}),
+    ):
+        sample = symkin.sample_workspace(robot, 2000, seed=1)
+        plans.append(symkin.make_plan(robot, sample, count, design="mechanism", **options))
+    unknown = {"frames": ["base", "target"]}
+    title = "3-RRR, 60 positions, both frames unknown"
+    return [
+        Case(title, planar, plans[0], "position", unknown),
+        Case("linear delta, 40 heights", delta, plans[1], "height", {}),
+    ]
 
 
 def main() -> None:
     """Print a line for each multiple of the tolerances."""
     wanted = sys.argv[1] if len(sys.argv) > 1 else "200"
-    nominal = symkin.load("3RRR").replace(
-        frames=Frames(base=(0.3, -0.2, 0.4), target=(0.1, 0.05, 0))
-    )
-    sample = symkin.sample_workspace(nominal, 2000, seed=1)
-    plan = symkin.make_plan(nominal, sample, 60, design="mechanism", spares=30, margin_sigmas=9)
-    if wanted == "linear":
-        print("3-RRR, 60 positions, both frames unknown")
-        taken = symkin.simulate(nominal, plan, 1, observe="position")
-        in_linear_model(symkin.identify(nominal, taken.measurements, **_PRIORS))
-        print("linear delta, 40 heights")
-        delta = symkin.load("linear_delta")
-        sample = symkin.sample_workspace(delta, 2000, seed=1)
-        plan = symkin.make_plan(delta, sample, 40, design="mechanism", observe="height")
-        taken = symkin.simulate(delta, plan, 1, observe="height")
-        in_linear_model(symkin.identify(delta, taken.measurements, prior="tolerances"))
-        return
-    robots = int(wanted)
+    for case in cases():
+        print(case.title)
+        if wanted == "linear":
+            in_linear_model(case.identified(case.measured(case.robot, 1)))
+        else:
+            identified(case, int(wanted))
+
+
+def identified(case: Case, robots: int) -> None:
+    """What becomes of robots that are simulated and identified one by one."""
     print("made at   stopped   trusted   hold, all: model, printed   of the trusted")
     for factor in (0.0, 0.5, 1.0, 1.5, 2.0, 3.0):
-        limits = nominal.tolerances
+        limits = case.robot.tolerances
         wide = {
-            each: factor * getattr(limits, each) + 1e-15 for each in ("length", "angle", "gain")
+            each.name: factor * getattr(limits, each.name) + 1e-15
+            for each in dataclasses.fields(limits)
+            if isinstance(getattr(limits, each.name), float)
         }
-        made = nominal.replace(tolerances=dataclasses.replace(limits, **wide))
+        made = case.robot.replace(tolerances=dataclasses.replace(limits, **wide))
         stopped, trusted, plain, printed = [], [], [], []
         for seed in range(1, robots + 1):
-            taken = symkin.simulate(made, plan, seed, observe="position")
-            found = symkin.identify(nominal, taken.measurements, **_PRIORS)
+            taken = case.measured(made, seed)
+            found = case.identified(taken)
             assert found.conflict is not None
             stopped.append(min(found.conflict.p_large, found.conflict.p_small) < LIMIT)
             trusted.append(not stopped[-1] and not found.unexplained)
-            errors = (found.mechanism.parameters - taken.actual.parameters).ravel()
-            own = [name.startswith("leg") for name in found.names]
+            changed = found.mechanism.parameters - taken.actual.parameters
+            names = case.robot.parameter_names
+            by_name = {
+                f"leg{leg}.{name}": error
+                for leg, row in enumerate(changed, start=1)
+                for name, error in zip(names, row, strict=True)
+            }
+            own = [name in by_name for name in found.names]
+            errors = np.array([by_name[name] for name in found.names if name in by_name])
             for held, known in ((plain, found.model_covariance), (printed, found.covariance)):
                 deviations = np.sqrt(np.diag(known))[own]
                 held.append(np.mean(np.abs(errors) < _INTERVAL * deviations))

@@ -527,9 +527,15 @@ def without_pose(measurements: Measurements, pose: int) -> Measurements:
 
 
 def _touched(mechanism: Mechanism, measurements: Measurements) -> Array:
-    """Where the nominal robot is at the readings of heights."""
-    heights = measurements.heights
-    rows = np.isfinite(heights).ravel() if heights is not None else np.zeros(0, dtype=bool)
+    """Where the nominal robot is at the readings of heights, and of both ends of rises."""
+    heights, rises = measurements.heights, measurements.rises
+    rows = np.zeros(len(measurements), dtype=bool)
+    if heights is not None:
+        rows |= np.isfinite(heights).ravel()
+    if rises is not None:
+        risen = np.isfinite(rises)
+        rows |= risen.any(axis=1)
+        rows[measurements.partner_places[risen]] = True
     if not rows.any():
         return np.zeros((0, 3))
     return np.asarray(mechanism.forward_kinematics(measurements.readings[rows])[0])

@@ -209,7 +209,7 @@ class Survey(Value):
         if observed.kinds == ("straightness",):
             wanted = with_edge_held(wanted, mechanism.space)
         if wanted.get("bow") is not None:
-            probed = "height" in observed.kinds
+            probed = not {"height", "rise"}.isdisjoint(observed.kinds)
             mechanism = with_bed_radius(mechanism, poses if probed else poses[:0])
         floats = mechanism.device is not None and bool(
             wanted.get("frames") or observed.kinds == ("readings",)

@@ -148,3 +148,14 @@ def test_differences_of_height_bend_with_the_bed(delta, plan):
     assert of_rises.sum() == len(taken) // 2
     assert np.sqrt(np.mean(bowed.rows.t[of_rises] ** 2)) < 1.5
     assert np.sqrt(np.mean(flat.rows.t[of_rises] ** 2)) > 100
+
+
+def test_a_bow_is_estimated_from_differences_of_height_alone(delta, plan):
+    bed = Observed(("rise",), plane=(*PLANE, BOW, rim_of(plan)))
+    errors = []
+    for seed in range(4):
+        taken = symkin.simulate(delta, plan, seed, observe=bed).measurements
+        own = symkin.identify(delta, taken, bow="0.3 mm").params["plane.bow"]
+        errors.append((own.value - BOW) / own.deviation)
+    assert own.deviation < 0.8 * own.prior
+    assert 0.3 < np.sqrt(np.mean(np.square(errors))) < 2
