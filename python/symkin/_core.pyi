@@ -648,28 +648,31 @@ class ParameterInfo:
     def name(self) -> str:
         ...
 class ParameterKind(enum.Enum):
-    absent = 26
+    absent = 29
     arc = 1
     axis_azimuth = 13
     axis_elevation = 14
     axis_swing = 15
     azimuth = 5
     coordinate = 16
-    curvature = 25
+    curvature = 28
     direction_azimuth = 8
     direction_distance = 9
     eccentricity = 2
-    gain = 23
+    frame_pitch = 23
+    frame_roll = 22
+    frame_yaw = 24
+    gain = 26
     guide_azimuth = 10
     guide_elevation = 11
     guide_swing = 12
-    handedness = 22
+    handedness = 25
     height = 7
     length = 0
     mirrored_coordinate = 17
     mirrored_small_turn = 19
     mirrored_written_turn = 21
-    offset = 24
+    offset = 27
     polar_angle = 6
     pulley_radius = 3
     radius = 4

@@ -10,6 +10,10 @@
 
 namespace symkin {
 
+// What a mirror makes of how the joints of a declared leg stand at home: they follow each other so
+// that there is none, it is the leg of the other hand, or they stand as they do.
+enum class MirrorImage { none, other_hand, same };
+
 struct ChainInfo {
   std::string_view name;
   PoseSpace pose_space;
@@ -20,7 +24,8 @@ struct ChainInfo {
   std::string_view working_mode;  // what the sign of the working mode means
   std::vector<Index> free{};      // see free_coordinates(); empty where the pose space tells
   std::string_view runs_as{};     // the known chain that a declared one is, if it is one
-  bool hangs = false;             // declared as a length that is read: see Mechanism::hangs()
+  MirrorImage mirror_image = MirrorImage::none;
+  bool hangs = false;  // declared as a length that is read: see Mechanism::hangs()
 
   // Radians; an offset has the unit of the active joint.
   bool is_angular(const ParameterInfo& parameter) const {

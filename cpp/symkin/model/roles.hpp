@@ -54,6 +54,9 @@ enum class ParameterKind {
   mirrored_small_turn,    // rad, the same about x or z
   written_turn,           // rad, about y, as it is drawn; never estimated
   mirrored_written_turn,  // rad, the same about x or z
+  frame_roll,             // rad, about x, of the frame that a declared end begins with, turned by
+  frame_pitch,            // rad, about y, its azimuth first; then by yaw, pitch and roll, as it is
+  frame_yaw,              // rad, about z, drawn; never estimated
   handedness,             // -1 of a declared leg whose joints stand at home in a mirror, else 1
   gain,                   // active joint variable per sensor reading
   offset,                 // active joint variable at zero reading; see ActiveJoint
@@ -70,11 +73,17 @@ struct ParameterRole {
   }
 };
 
+// Of a declared end, how the frame that it begins with is drawn, behind the azimuth.
+constexpr bool turns_frame(ParameterKind kind) {
+  return kind == ParameterKind::frame_roll || kind == ParameterKind::frame_pitch ||
+         kind == ParameterKind::frame_yaw;
+}
+
 // Part of the description, or of no description, not of what is known with an error.
 constexpr bool is_constant(ParameterKind kind) {
   return kind == ParameterKind::guide_azimuth || kind == ParameterKind::axis_azimuth ||
          kind == ParameterKind::written_turn || kind == ParameterKind::mirrored_written_turn ||
-         kind == ParameterKind::handedness || kind == ParameterKind::absent;
+         turns_frame(kind) || kind == ParameterKind::handedness || kind == ParameterKind::absent;
 }
 
 // A rotation about Z by a adds a to it, a reflection about the line at a makes it 2 a less itself.
@@ -90,7 +99,8 @@ constexpr bool is_mirrored(ParameterKind kind) {
   return kind == ParameterKind::axis_elevation || kind == ParameterKind::axis_swing ||
          kind == ParameterKind::guide_swing || kind == ParameterKind::mirrored_coordinate ||
          kind == ParameterKind::mirrored_small_turn ||
-         kind == ParameterKind::mirrored_written_turn || kind == ParameterKind::handedness;
+         kind == ParameterKind::mirrored_written_turn || kind == ParameterKind::frame_roll ||
+         kind == ParameterKind::frame_yaw || kind == ParameterKind::handedness;
 }
 
 // Taken as it is given, unless somebody frees it.
@@ -103,7 +113,7 @@ constexpr bool is_angle(ParameterKind kind) {
          kind == ParameterKind::polar_angle || kind == ParameterKind::guide_elevation ||
          kind == ParameterKind::arc || kind == ParameterKind::small_turn ||
          kind == ParameterKind::mirrored_small_turn || kind == ParameterKind::written_turn ||
-         kind == ParameterKind::mirrored_written_turn;
+         kind == ParameterKind::mirrored_written_turn || turns_frame(kind);
 }
 
 constexpr bool is_sensor(ParameterKind kind) {

@@ -21,9 +21,6 @@ using Eigen::Vector3d;
 
 constexpr double kOnAxis = 1e-9;  // m: nearer to it a point has no azimuth
 
-// Counted so that it is nearest to another.
-double counted_like(double angle, double other) { return other + wrap_angle(angle - other); }
-
 // A point, as polar coordinates on that side of the axis on which `end` has it.
 void set_point(const LegEnd<double>& end, const Vector3d& point) {
   const double across = std::hypot(point.x(), point.y());
@@ -95,13 +92,18 @@ class LegCarriage {
     for (std::size_t i = 0; i < chain_.parameters.size(); ++i) {
       const auto [end, kind] = chain_.parameters[i].role;
       const auto place = static_cast<Index>(i);
-      if (is_declared(chain_) && !turns(kind)) {
-        image_.parameters[place] = pair_.improper() && is_mirrored(kind) ? -leg_.parameters[place]
-                                                                         : leg_.parameters[place];
+      if (is_declared(chain_) && !is_of_frame(kind)) {
+        const bool mirrored = pair_.improper() && is_mirrored(kind) && !stands_alike(kind);
+        image_.parameters[place] = mirrored ? -leg_.parameters[place] : leg_.parameters[place];
       } else if (end == End::none) {
         image_.parameters[place] = leg_.parameters[place];
       }
     }
+  }
+
+  // The joints of a leg that a mirror leaves as they are have no other hand.
+  bool stands_alike(ParameterKind kind) const {
+    return kind == ParameterKind::handedness && chain_.mirror_image == MirrorImage::same;
   }
 
   double& of_image(End end, ParameterKind kind) {
@@ -109,16 +111,9 @@ class LegCarriage {
   }
 
   void set_declared(End which) {
-    for (std::size_t i = 0; i < chain_.parameters.size(); ++i) {
-      const auto [end, kind] = chain_.parameters[i].role;
-      const auto place = static_cast<Index>(i);
-      if (end == which && turns(kind)) {
-        const double angle = leg_.parameters[place];
-        const Vector3d image = motion(which).linear * Vector3d(std::cos(angle), std::sin(angle), 0);
-        image_.parameters[place] =
-            counted_like(std::atan2(image.y(), image.x()), like_.parameters[place]);
-      }
-    }
+    Eigen::Matrix3d image = motion(which).linear * declared_frame(chain_, leg_, which);
+    image.col(1) *= handed();
+    set_declared_frame(chain_, which, image, image_);
   }
 
   // -1 moves no pose of a platform that turns about a point.
@@ -228,7 +223,8 @@ class LegCarriage {
       offset = counted_like(offset, *find_parameter(chain_, {End::none, ParameterKind::offset},
                                                     like_.parameters.data()));
     }
-    image_.working_mode = map.mode_factor * leg_.working_mode;
+    // The hand of a declared leg has gone with its links.
+    image_.working_mode = (is_declared(chain_) ? 1 : map.mode_factor) * leg_.working_mode;
   }
 
   const ChainInfo& chain_;

@@ -17,15 +17,8 @@ from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import SymkinError, did_you_mean
-from symkin.exports.scenes import (
-    WORLD,
-    Loop,
-    Moving,
-    Scene,
-    bodies_in_words,
-    frame_of,
-    turn_from_z,
-)
+from symkin.exports.scene import WORLD, Loop, Moving, Scene, frame_of
+from symkin.exports.scenes import bodies_in_words, turn_from_z
 from symkin.files.declared_legs import declared_leg
 from symkin.model.chains import Leg, chain_info, common_reading_unit
 from symkin.model.declared import declare, declared_chain

@@ -129,7 +129,7 @@ def import_mechanism(
             raise SymkinError(f"{path}: is no model; loops and a body belong to one")
         return _printer(path)
     try:
-        return _model(data.decode("utf-8"), None if loops is None else Path(loops), body)
+        return _model(path, data.decode("utf-8"), None if loops is None else Path(loops), body)
     except (ET.ParseError, UnicodeDecodeError) as error:
         raise SymkinError(f"{path}: is neither a printer.cfg nor XML: {error}") from error
     except SymkinError as error:
@@ -145,11 +145,11 @@ def _is_known(said: re.Match[str] | None, root: ET.Element) -> bool:
     return "joints" not in json.loads(said[1])
 
 
-def _model(text: str, loops: Path | None, body: str) -> Imported:
+def _model(path: Path, text: str, loops: Path | None, body: str) -> Imported:
     said = re.search(rf"<!-- {MARK} (\{{.*?\}}) -->", text)
     root = ET.fromstring(text)
     if not _is_known(said, root):
-        mechanism, notes = mechanism_of_scene(read_scene(root, text, loops), body)
+        mechanism, notes = mechanism_of_scene(read_scene(root, path, text, loops), body)
         return Imported(mechanism, None, notes)
     read: dict[str, Callable[[ET.Element, str], _Tree]] = {"mujoco": _mjcf, "robot": _urdf}
     assert said is not None

@@ -16,91 +16,23 @@ from numpy.typing import NDArray
 
 from symkin.errors import SymkinError, did_you_mean
 from symkin.exports.common import MARK
+from symkin.exports.compiled_scene import compiled_scene
+from symkin.exports.scene import WORLD, Loop, Moving, Part, Scene, frame_of, of_quaternion
 from symkin.model.poses import (
     quaternions_from_rotation_vectors,
-    rotations_from_quaternions,
     rotations_from_vectors,
     vectors_from_rotations,
 )
 from symkin.storage.toml_file import read_toml
 
-__all__ = ["Loop", "Moving", "Part", "Scene", "frame_of", "read_scene"]
+__all__ = ["bodies_in_words", "read_scene", "turn_from_z"]
 
 Array = NDArray[np.float64]
 _X, _Y, _Z = np.eye(3)
-WORLD = ""
 
 
-@dataclasses.dataclass(frozen=True)
-class Moving:
-    """A joint: of its body's frame, in which the axis and the point that it turns about are."""
-
-    name: str
-    kind: str  # "hinge", "slide", "ball" or "free"
-    axis: Array
-    anchor: Array
-
-
-@dataclasses.dataclass(frozen=True)
-class Part:
-    """A body: where it stands in its parent while its joints are at zero."""
-
-    parent: str
-    frame: Array  # 4 x 4
-    joints: tuple[Moving, ...]
-
-
-@dataclasses.dataclass(frozen=True)
-class Loop:
-    """What closes a loop: points of two bodies that meet, or frames that agree."""
-
-    name: str
-    body: str
-    frame: Array
-    other: str
-    other_frame: Array
-    turns: bool  # whether the frames may turn against each other
-
-
-@dataclasses.dataclass(frozen=True)
-class Scene:
-    """A model as it is read."""
-
-    name: str
-    parts: Mapping[str, Part]
-    loops: Sequence[Loop]
-    followers: Mapping[str, tuple[str, float, float]]  # of a joint: what it follows, ratio, offset
-    home: Mapping[str, Array]  # of joints: values, one or, of a free one, seven
-    sensors: Mapping[str, tuple[float, float]]  # of joints that are read: gain, offset
-    known: Mapping[str, Any]  # what symkin said of it
-
-    def joints_to(self, body: str) -> list[tuple[str, Moving]]:
-        """Bodies and joints from the base to a body."""
-        found: list[tuple[str, Moving]] = []
-        for name in self.line(body):
-            found += [(name, joint) for joint in self.parts[name].joints]
-        return found
-
-    def line(self, body: str) -> list[str]:
-        """The bodies from the base to one."""
-        names: list[str] = []
-        while body != WORLD:
-            if body not in self.parts or body in names:
-                raise SymkinError(f'has no way from the base to body "{body}"')
-            names.insert(0, body)
-            body = self.parts[body].parent
-        return names
-
-
-def frame_of(position: Array, rotation: Array) -> Array:
-    """A 4 x 4 matrix."""
-    matrix = np.eye(4)
-    matrix[:3, :3], matrix[:3, 3] = rotation, position
-    return matrix
-
-
-def read_scene(root: ET.Element, text: str, loops: Path | None) -> Scene:
-    """Read a model.
+def read_scene(root: ET.Element, path: Path, text: str, loops: Path | None) -> Scene:
+    """Read a model of a file.
 
     Raises
     ------
@@ -112,7 +44,10 @@ def read_scene(root: ET.Element, text: str, loops: Path | None) -> Scene:
     readers = {"mujoco": _mjcf, "robot": _urdf, "sdf": _sdf}
     if root.tag not in readers:
         raise SymkinError(f"is <{root.tag}>; expected MJCF, URDF or SDF")
-    scene = readers[root.tag](root, text, known)
+    if root.tag == "mujoco" and any(root.find(each) is not None for each in _COMPILED):
+        scene = compiled_scene(path, known)
+    else:
+        scene = readers[root.tag](root, text, known)
     if loops is not None:
         scene = _with_loops(scene, loops)
     sensors = dict(scene.sensors)
@@ -134,15 +69,14 @@ def read_scene(root: ET.Element, text: str, loops: Path | None) -> Scene:
     return dataclasses.replace(scene, sensors=sensors)
 
 
-_LEFT_OUT = ("include", "replicate", "attach", "frame", "composite", "flexcomp")
+# What MuJoCo writes out.
+_COMPILED = (
+    *(f".//{each}" for each in ("include", "replicate", "attach", "frame", "composite")),
+    *(f".//default//{each}" for each in ("joint", "site", "equality", "weld", "connect")),
+)
 
 
 def _mjcf(root: ET.Element, _text: str, known: Mapping[str, Any]) -> Scene:
-    for tag in _LEFT_OUT:
-        if root.find(f".//{tag}") is not None:
-            raise SymkinError(f"has <{tag}>, which is not read; expected a model written out")
-    if root.find(".//default//joint") is not None or root.find(".//default//equality") is not None:
-        raise SymkinError("has joints by <default>, which are not read; expected them written out")
     compiler = root.find("compiler")
     says = {} if compiler is None else compiler.attrib
     scale = 1.0 if says.get("angle", "degree") == "radian" else np.pi / 180
@@ -218,7 +152,7 @@ def _mjcf_frame(element: ET.Element, scale: float, says: Mapping[str, str]) -> A
     given = element.attrib
     rotation = np.eye(3)
     if "quat" in given:
-        rotation = _of_quaternion(_floats(given["quat"], 4))
+        rotation = of_quaternion(_floats(given["quat"], 4))
     elif "xyaxes" in given:
         across = _floats(given["xyaxes"], 6).reshape(2, 3)
         first = across[0] / np.linalg.norm(across[0])
@@ -268,7 +202,7 @@ def _mjcf_loop(
         return Loop(name, body, frame, other, beside, turns)
     relative = _floats(given.get("relpose", "0 1 0 0 0 0 0"), 7)
     if relative[3:].any():
-        frame = frame_of(relative[:3], _of_quaternion(relative[3:]))
+        frame = frame_of(relative[:3], of_quaternion(relative[3:]))
         return Loop(name, body, frame, other, np.eye(4), turns)
     beside = _within(_at_zero(scene, other), _at_zero(scene, body))
     return Loop(name, body, np.eye(4), other, beside, turns)
@@ -514,11 +448,6 @@ def _about(axis: Array, angle: float) -> Array:
 def _within(frame: Array, other: Array) -> Array:
     """Another frame as it is seen in a frame."""
     return np.asarray(np.linalg.solve(frame, other))
-
-
-def _of_quaternion(wxyz: Array) -> Array:
-    unit = wxyz / np.linalg.norm(wxyz)
-    return np.asarray(rotations_from_quaternions(unit[None, [1, 2, 3, 0]])[0])
 
 
 def _quaternion(rotation: Array) -> Array:

@@ -200,11 +200,17 @@ class LegBuilder:
         scalars: list[list[Any]] = []
         nominal: dict[str, float] = {}
         exact = []
+        turning = self._turning
         for index, name in enumerate(self.transforms):
+            is_frame = index in turning and self._is_frame(index)
+            if is_frame:
+                self._estimated[index] += sorted({*_TURNS} - {*self._estimated[index]})
             for slot in sorted(self._estimated[index], key=SLOTS.index):
                 end, kind = ends.get(index, "none"), _KINDS[slot]
-                if slot == "azimuth" and index in self._turning:
+                if slot == "azimuth" and index in turning:
                     kind = "axis_azimuth"
+                elif slot in _TURNS and is_frame:
+                    kind = f"frame_{slot}"
                 own = f"{name}_{slot}"
                 if index in self._lengths:
                     own, kind = self._lengths[index], "length"
@@ -243,6 +249,12 @@ class LegBuilder:
             if len(right) > 1 and right[0][0] == "pose" and right[1][0] == "transform":
                 found.add(right[1][1])
         return found
+
+    def _is_frame(self, index: int) -> bool:
+        """Whether a transform is drawn turned about other axes than Z, and moves nothing."""
+        return not {*_LENGTHS} & {*self._estimated[index]} and bool(
+            {*_TURNS} & {*self._estimated[index]}
+        )
 
     def _ends(self) -> dict[int, str]:
         """On which end each transform stands, if on one."""

@@ -3,6 +3,7 @@
 
 import json
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,6 +16,9 @@ from symkin.model.settings import NoiseSettings, WorkspaceSettings
 from symkin.model.symmetry import leg_carriers, map_poses, observability_group, symmetry_pairs
 from symkin.model.symmetry.groups import mechanism_groups
 from symkin.model.symmetry.naming import element_words, group_name
+from symkin.planning.simulation import disturb
+
+DECLARED_FOLDER = Path(__file__).parents[3] / "mechanisms" / "declared"
 
 # Pairs, those that keep modes, that fix home, that do both and the group that these are, and how
 # many of them permute readings.
@@ -333,3 +337,43 @@ def test_a_plan_for_all_legs_is_made_and_estimates_are_refused_with_what_to_do(a
     simulated = symkin.simulate(along_axes, planned, seed=1)
     with pytest.raises(SymkinError, match=r"leg 3: base_radius is 0 m.*shift the origin"):
         symkin.identify(along_axes, simulated.measurements)
+
+
+DECLARED = {
+    "3UPU": (6, 6, "C_3v"),
+    "3RRR_encoders": (6, 3, "C_3"),
+    "3RRR_four_bar": (3, 3, "C_3"),
+    "cables4": (4, 4, "C_2v"),
+    "gough_imperfect": (6, 6, "C_3v"),
+    "h4": (4, 4, "C_2v"),
+    "orthoglide": (6, 6, "C_3v"),
+    "tripteron": (3, 3, "C_3"),
+}
+
+
+@pytest.mark.parametrize("name", sorted(DECLARED))
+def test_legs_that_are_declared_are_carried_as_they_stand_with_their_errors(name):
+    mechanism = symkin.load_mechanism(DECLARED_FOLDER / f"{name}.toml")
+    found = symmetry_pairs(mechanism)
+    kept = found.keep_modes_and_home
+    assert (len(found.pairs), len(kept), found.group_of(kept)) == DECLARED[name]
+    poses = symkin.sample_workspace(mechanism, 4, seed=1).poses
+    readings = mechanism.inverse_kinematics(poses)
+    robot = disturb(mechanism, seed=2).replace(symmetry=None)
+    for element in found.keep_modes:
+        images = element.map_poses(mechanism, poses)
+        at_images = mechanism.inverse_kinematics(images)
+        for leg, (onto, joint) in enumerate(zip(element.permutation, element.joints, strict=True)):
+            assert joint.constant == pytest.approx(0, abs=1e-12)
+            turned = at_images[:, onto] - joint.sign * readings[:, leg]
+            np.testing.assert_allclose(np.sin(turned / 2), 0, atol=1e-11)  # m, or a whole turn
+            # The leg of a robot that was made does at the images what it does at the poses.
+            values, _ = _core.carried_leg(robot.core, leg, element.core, onto)
+            parameters = robot.parameters.copy()
+            parameters[onto] = values
+            carried = robot.with_parameters(parameters)
+            here = robot.closure(leg, poses, readings[:, leg])
+            there = carried.closure(onto, images, joint.sign * readings[:, leg])
+            size = np.linalg.norm(np.reshape(here, (len(poses), -1)), axis=1)
+            image_size = np.linalg.norm(np.reshape(there, (len(poses), -1)), axis=1)
+            np.testing.assert_allclose(image_size, size, atol=1e-11)

@@ -114,6 +114,18 @@ Assembly::Assembly(const Description& leg, const Home& home)
   }
 }
 
+MirrorImage Assembly::mirror_image() const {
+  if (!can_be_mirrored_) {
+    return MirrorImage::none;
+  }
+  bool same = closures_ != 1 || mirrored_side_ == drawn_side_;  // which several have not
+  for (Index i = 0; i < mirror_signs_.size(); ++i) {
+    const bool stays = mirror_signs_[i] > 0 || std::abs(home_.joints[i]) < kClosed;
+    same = same && stays;
+  }
+  return same ? MirrorImage::same : MirrorImage::other_hand;
+}
+
 void Assembly::set_leg(const std::vector<TransformValues>& transforms, bool mirrored) {
   if (mirrored && !can_be_mirrored_) {
     throw ImpossibleLeg(

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "symkin/chains/declared/loops.hpp"
+#include "symkin/model/chain_info.hpp"
 
 namespace symkin::declared {
 
@@ -27,6 +28,7 @@ class Assembly {
   void set_leg(const std::vector<TransformValues>& transforms, bool mirrored);
 
   int closures() const { return closures_; }
+  MirrorImage mirror_image() const;  // of the drawn leg
   const Loops& loops() const { return loops_; }
   const std::vector<int>& read() const { return read_; }  // among the joints by themselves
   const Joints& home_joints() const { return home_joints_; }

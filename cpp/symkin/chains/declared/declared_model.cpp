@@ -57,7 +57,8 @@ ActiveJoint active_joint(const Description& leg) {
   return along_y ? ActiveJoint::mirrored_joint_travel : ActiveJoint::joint_travel;
 }
 
-ChainInfo info_of(const Declaration& declaration, int closures, std::string_view known) {
+ChainInfo info_of(const Declaration& declaration, int closures, std::string_view known,
+                  MirrorImage mirror_image) {
   const std::string& name = declaration.name;
   ChainInfo info{
       name,
@@ -69,6 +70,7 @@ ChainInfo info_of(const Declaration& declaration, int closures, std::string_view
       "without meaning: the joints at home say how the leg stands",
       declaration.free,
       known,
+      mirror_image,
       declaration.leg.loops.size() == 1 && declaration.leg.loops.front().length_joint >= 0};
   if (closures > 1 && declaration.pose_space != PoseSpace::spatial) {
     throw InvalidInput("chain " + name + " has " + std::to_string(closures) +
@@ -87,9 +89,10 @@ class DeclaredModel final : public ChainModel {
   // What is declared stays where it is: info and assembly look at it.
   DeclaredModel(std::shared_ptr<const Declaration> declaration, const Assembly& assembly,
                 std::optional<Recognised> known)
-      : ChainModel(with_parameters(
-            *declaration, info_of(*declaration, assembly.closures(),
-                                  known ? known->known().info().name : std::string_view()))),
+      : ChainModel(with_parameters(*declaration,
+                                   info_of(*declaration, assembly.closures(),
+                                           known ? known->known().info().name : std::string_view(),
+                                           assembly.mirror_image()))),
         known_(std::move(known)),
         declaration_(std::move(declaration)),
         assembly_(assembly),

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "symkin/model/pose_space.hpp"
+#include "symkin/symmetry/detail/leg_comparison.hpp"
 #include "symkin/symmetry/detail/leg_ends.hpp"
 #include "symkin/symmetry/detail/leg_features.hpp"
 
@@ -159,12 +160,16 @@ std::optional<JointMap> joint_map(const ChainInfo& chain, const Leg& from, const
     case ActiveJoint::mirrored_joint_travel:
       break;
   }
-  return JointMap{pair.improper() && is_mirrored(chain.active_joint) ? -1 : 1, 1, 0};
+  return JointMap{pair.improper() && is_mirrored(chain.active_joint) ? -1 : 1,
+                  pair.improper() ? -1 : 1, 0};
 }
 
 bool arrives_in_mode(const ChainInfo& chain, const Leg& from, const Leg& onto,
                      const JointMap& map) {
   constexpr std::string_view kNone = "without meaning";
+  if (is_declared(chain)) {
+    return same_hand(chain, from, onto, map.mode_factor);
+  }
   return chain.working_mode.substr(0, kNone.size()) == kNone ||
          from.working_mode * map.mode_factor == onto.working_mode;
 }
@@ -179,7 +184,8 @@ double links_apart(const ChainInfo& chain, const Leg& from, const Leg& onto, boo
     double here = onto.parameters[static_cast<Index>(i)];
     const bool link = kind == ParameterKind::length || kind == ParameterKind::pulley_radius ||
                       kind == ParameterKind::eccentricity;
-    const bool own = is_declared(chain) && !turns(kind) && !is_sensor(kind);
+    const bool own = is_declared(chain) && !is_of_frame(kind) && !is_sensor(kind) &&
+                     !is_mode(chain, chain.parameters[i]);
     if (!link && !own) {
       continue;
     }

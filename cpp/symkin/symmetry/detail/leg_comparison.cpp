@@ -8,12 +8,17 @@
 
 #include "symkin/model/pose_space.hpp"
 #include "symkin/symmetry/detail/leg_ends.hpp"
+#include "symkin/symmetry/detail/leg_features.hpp"
 
 namespace symkin {
 namespace {
 
 // At the centre of its frame, where angles mean nothing.
 constexpr double kCentral = 1e-9;  // m
+
+Index hand_of(const ChainInfo& chain) {
+  return static_cast<Index>(chain.find({End::none, ParameterKind::handedness}));
+}
 
 // Keeps the parameter by which two legs differ most, in tolerances.
 void note(LegDeviation& worst, std::string_view parameter, double deviation, double in_tolerances) {
@@ -131,6 +136,17 @@ double apart(const LegEnd<const double>& a, const LegEnd<const double>& b) {
 Leg written_like(const Leg& leg, const Leg& other, const ChainInfo& chain) {
   Leg nearest = leg;
   for (const End which : kEnds) {
+    if (is_declared(chain)) {
+      const Eigen::Matrix3d frame = declared_frame(chain, leg, which);
+      for (std::size_t i = 0; i < chain.parameters.size(); ++i) {
+        const auto [end, kind] = chain.parameters[i].role;
+        if (end == which && is_of_frame(kind)) {
+          nearest.parameters[static_cast<Index>(i)] = other.parameters[static_cast<Index>(i)];
+        }
+      }
+      set_declared_frame(chain, which, frame, nearest);
+      continue;
+    }
     const LegEnd<const double> wanted = end_of(chain, other, which);
     Leg candidate = nearest;
     // Every way to write it, one after the other.
@@ -201,7 +217,7 @@ double largest_difference(const Leg& image, const Leg& leg, const ChainInfo& cha
   double largest = 0;
   for (std::size_t i = 0; i < chain.parameters.size(); ++i) {
     const ParameterInfo& parameter = chain.parameters[i];
-    if (is_sensor(parameter.role.kind) == sensors) {
+    if (is_sensor(parameter.role.kind) == sensors && !is_mode(chain, parameter)) {
       largest = std::max(
           largest, std::abs(differences[static_cast<Index>(i)]) / unit_of(parameter, chain, units));
     }
@@ -210,6 +226,16 @@ double largest_difference(const Leg& image, const Leg& leg, const ChainInfo& cha
 }
 
 }  // namespace
+
+bool is_mode(const ChainInfo& chain, const ParameterInfo& parameter) {
+  return parameter.role.kind == ParameterKind::handedness &&
+         chain.mirror_image != MirrorImage::none;
+}
+
+bool same_hand(const ChainInfo& chain, const Leg& leg, const Leg& other, int sense) {
+  return !is_declared(chain) || chain.mirror_image == MirrorImage::same ||
+         sense * leg.parameters[hand_of(chain)] * other.parameters[hand_of(chain)] > 0;
+}
 
 ComparisonUnits comparison_units(const Mechanism& mechanism, const SymmetryTolerance& tolerance) {
   double base = 0;
@@ -239,6 +265,9 @@ Vector parameter_differences(const Leg& written, const Leg& other, const ChainIn
       double& difference = differences[static_cast<Index>(i)];
       difference = wrap_angle(difference);
     }
+  }
+  if (is_declared(chain) && chain.mirror_image == MirrorImage::same) {
+    differences[hand_of(chain)] = 0;
   }
   for (const End which : kEnds) {
     const auto a = end_of(chain, leg, which);
@@ -295,13 +324,14 @@ LegDeviation compare_structure(const Leg& image, const Leg& leg, const ChainInfo
   }
   for (std::size_t i = 0; i < chain.parameters.size(); ++i) {
     const ParameterInfo& parameter = chain.parameters[i];
-    if (!done[i] && !is_sensor(parameter.role.kind)) {
+    if (!done[i] && !is_sensor(parameter.role.kind) && !is_mode(chain, parameter)) {
       const double deviation = differences[static_cast<Index>(i)];
       note(worst, parameter.name, deviation,
            std::abs(deviation) / unit_of(parameter, chain, units));
     }
   }
-  worst.same_mode = rewritten.working_mode == leg.working_mode;
+  worst.same_mode =
+      rewritten.working_mode == leg.working_mode && same_hand(chain, rewritten, leg, 1);
   return worst;
 }
 

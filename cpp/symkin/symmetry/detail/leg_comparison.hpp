@@ -20,6 +20,13 @@ ComparisonUnits comparison_units(const Mechanism& mechanism, const SymmetryToler
 // differ.
 Vector parameter_differences(const Leg& leg, const Leg& other, const ChainInfo& chain);
 
+// The hand of a declared leg that has a mirror image says how it stands, as a working mode does.
+bool is_mode(const ChainInfo& chain, const ParameterInfo& parameter);
+
+// Whether the hand of a leg is that of another, once mirrored where `sense` is -1; of a leg that is
+// not declared always.
+bool same_hand(const ChainInfo& chain, const Leg& leg, const Leg& other, int sense);
+
 // The same leg with distances of guides that are not negative: (-d, a) is the line (d, a + pi),
 // with travel and working mode counted the other way.
 Leg with_guides_outward(const Leg& leg, const ChainInfo& chain);

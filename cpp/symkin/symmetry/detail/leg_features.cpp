@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "symkin/symmetry/detail/leg_features.hpp"
 
+#include <Eigen/Geometry>
 #include <cmath>
 
+#include "symkin/model/pose_space.hpp"
 #include "symkin/symmetry/detail/leg_ends.hpp"
 
 namespace symkin {
@@ -38,16 +40,11 @@ Vector3d place_of_point(const LegEnd<const double>& end) {
          (end.height != nullptr || end.polar_angle != nullptr ? height : 0) * Vector3d::UnitZ();
 }
 
-// The frame that the first azimuth of a declared end turns; all behind it is the leg's own.
+// The frame that a declared end begins with; all behind it is the leg's own. Y a mirror turns
+// round.
 EndFeatures declared_end(const ChainInfo& chain, const Leg& leg, End which) {
-  double azimuth = 0;
-  for (std::size_t i = 0; i < chain.parameters.size(); ++i) {
-    const auto [end, kind] = chain.parameters[i].role;
-    if (end == which && turns(kind)) {
-      azimuth = leg.parameters[static_cast<Index>(i)];
-    }
-  }
-  return {Vector3d::Zero(), {}, {radial(azimuth), Vector3d::UnitZ()}};
+  const Eigen::Matrix3d frame = declared_frame(chain, leg, which);
+  return {Vector3d::Zero(), {}, {frame.col(0), frame.col(2)}};
 }
 
 EndFeatures planar_end(const LegEnd<const double>& end, const ChainInfo& chain, const Leg& leg) {
@@ -99,10 +96,57 @@ bool is_declared(const ChainInfo& chain) {
   return chain.find({End::none, ParameterKind::handedness}) < chain.parameters.size();
 }
 
+Eigen::Matrix3d declared_frame(const ChainInfo& chain, const Leg& leg, End which) {
+  const auto angle = [&](ParameterKind kind) {
+    const double* const found = find_parameter(chain, {which, kind}, leg.parameters.data());
+    return found != nullptr ? *found : 0;
+  };
+  using Eigen::AngleAxisd;
+  return (AngleAxisd(angle(ParameterKind::axis_azimuth) + angle(ParameterKind::frame_yaw),
+                     Vector3d::UnitZ()) *
+          AngleAxisd(angle(ParameterKind::frame_pitch), Vector3d::UnitY()) *
+          AngleAxisd(angle(ParameterKind::frame_roll), Vector3d::UnitX()))
+      .toRotationMatrix();
+}
+
+void set_declared_frame(const ChainInfo& chain, End which, const Eigen::Matrix3d& frame, Leg& leg) {
+  constexpr double kUpright = 1e-9;
+  double* const parameters = leg.parameters.data();
+  double* const azimuth = find_parameter(chain, {which, ParameterKind::axis_azimuth}, parameters);
+  double* const roll = find_parameter(chain, {which, ParameterKind::frame_roll}, parameters);
+  if (roll == nullptr) {  // turned about Z alone
+    if (azimuth != nullptr) {
+      *azimuth = counted_like(std::atan2(frame(1, 0), frame(0, 0)), *azimuth);
+    }
+    return;
+  }
+  double& pitch = *find_parameter(chain, {which, ParameterKind::frame_pitch}, parameters);
+  double& yaw = *find_parameter(chain, {which, ParameterKind::frame_yaw}, parameters);
+  const double first = azimuth != nullptr ? *azimuth : 0;
+  const double level = std::hypot(frame(0, 0), frame(1, 0));
+  double turn = first + yaw;
+  if (level > kUpright) {
+    // Of the two ways to write it, the one on whose side the pitch is.
+    const double side = std::cos(pitch) < -kUpright ? -1 : 1;
+    turn = std::atan2(side * frame(1, 0), side * frame(0, 0));
+    pitch = counted_like(std::atan2(-frame(2, 0), side * level), pitch);
+  } else {  // only roll and yaw together mean something
+    pitch = counted_like(std::copysign(kPi / 2, -frame(2, 0)), pitch);
+  }
+  const Vector3d across = tangential(turn);
+  *roll = counted_like(std::atan2(-across.dot(frame.col(2)), across.dot(frame.col(1))), *roll);
+  yaw = counted_like(turn - first, yaw);
+}
+
 LegFeatures features_of(const ChainInfo& chain, const Leg& leg) {
   LegFeatures features;
   for (const End which : kEnds) {
     if (which == End::platform && !has_orientation(chain.pose_space)) {
+      if (is_declared(chain)) {  // a platform that does not turn goes with the base
+        for (const Vector3d& axis : declared_end(chain, leg, which).directed) {
+          features[0].directed.push_back(axis);
+        }
+      }
       break;
     }
     EndFeatures& own = features[which == End::base ? 0 : 1];

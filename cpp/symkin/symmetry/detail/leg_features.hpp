@@ -31,6 +31,17 @@ LegFeatures features_of(const ChainInfo& chain, const Leg& leg);
 // Whether the leg is declared joint by joint: its ends are whole frames.
 bool is_declared(const ChainInfo& chain);
 
+// The frame that a declared end begins with, and the leg with another one there: by its turns
+// nearest to those that it has, behind the same azimuth unless there is nothing but that.
+Eigen::Matrix3d declared_frame(const ChainInfo& chain, const Leg& leg, End end);
+void set_declared_frame(const ChainInfo& chain, End end, const Eigen::Matrix3d& frame, Leg& leg);
+
+// Whether a parameter is one of that frame.
+constexpr bool is_of_frame(ParameterKind kind) { return turns(kind) || turns_frame(kind); }
+
+// Counted so that it is nearest to another.
+inline double counted_like(double angle, double other) { return other + wrap_angle(angle - other); }
+
 // An axis about which an angle is counted, and the two directions that make a right-handed frame
 // with it: from the first the angle is counted, towards the second.
 struct AngleFrame {
