@@ -144,6 +144,10 @@ std::vector<WorkspaceSymmetry> verify_workspace_symmetry(
                              "\" onto themselves");
     }
     const Element acting = element_of(mechanism, group, image, tolerance);
+    if (element == SymmetryElement{}) {
+      results.push_back(compare(mechanism, acting, drawn, drawn));
+      continue;
+    }
     const Drawn carried =
         seen_by(with_image_modes(mechanism, acting), image_of_options(mechanism, acting, options),
                 transform_poses(acting.pair, mechanism.pose_space(), drawn.poses));

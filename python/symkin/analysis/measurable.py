@@ -31,6 +31,7 @@ _SAME = 1e-6  # of deviations that are alike
 _MOST = 500  # poses
 _SWEEPS = 300
 _RANK = 1e-9  # of the largest singular value
+_SAME_NOISE = 1e-6
 
 
 @record
@@ -232,12 +233,24 @@ def _efficiency(
     least = 1.0
     references = {min(each.permutation[leg] for each in elements) for leg in range(noise.shape[1])}
     for leg in references:
+        noises = [
+            there[:, element.permutation[leg]]
+            for element, there in zip(elements, at_images, strict=True)
+        ]
+        others = [each for each in noises if not _in_proportion(each, noise[:, leg])]
+        if not others:
+            continue
         rows = _core.parameter_jacobian(mechanism.core, leg, poses)[:, mechanism.estimated[leg]]
         best = _Information.of(rows, noise[:, leg]).best_weights()
-        for element, there in zip(elements, at_images, strict=True):
-            own = _Information.of(rows, there[:, element.permutation[leg]])
-            least = min(least, own.efficiency(best))
+        for each in others:
+            least = min(least, _Information.of(rows, each).efficiency(best))
     return least
+
+
+def _in_proportion(noise: Array, other: Array) -> bool:
+    """Whether one noise is the other, or as many times that everywhere."""
+    ratios = noise / other
+    return bool(np.ptp(ratios) <= _SAME_NOISE * ratios.min())
 
 
 class _Information(NamedTuple):

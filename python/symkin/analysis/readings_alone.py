@@ -132,5 +132,6 @@ def _silent(rows: Array) -> Array:
 
 
 def _rank(rows: Array) -> int:
-    sizes = np.asarray(np.linalg.svd(rows, compute_uv=False))
+    triangle = np.linalg.qr(rows, mode="r")  # has the same singular values
+    sizes = np.asarray(np.linalg.svd(triangle, compute_uv=False))
     return int(np.sum(sizes > _RANK * sizes.max(initial=0.0)))

@@ -255,7 +255,7 @@ def _cut(table: Table, room: int) -> str:
     rows: list[Sequence[str]] = []
     for group in table.groups:
         rows += [[group.title]] * bool(group.title) + list(group.rows)
-    limit = min(table.brief_rows or len(rows), len(rows))
+    limit = min(table.brief_rows or len(rows), len(rows), room)  # a row takes a line
     while limit >= min(len(rows), _LEAST_ROWS):
         told = table
         if limit < len(rows):
