@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import errno
-import fcntl
 import os
 import re
 import shutil
@@ -16,6 +15,12 @@ from tempfile import mkdtemp
 from types import TracebackType
 
 from symkin.errors import SymkinError
+
+_HAS_LOCKS = True
+try:
+    import fcntl
+except ImportError:  # Windows, where folders cannot be locked
+    _HAS_LOCKS = False
 
 # The process that writes is named for whoever finds its files after it was killed.
 _STAGE = ".symkin-"
@@ -32,7 +37,7 @@ class _Stage:
 
     path: Path
     folder: Path
-    lock: int
+    lock: ExitStack
 
     def announce(self) -> None:
         """Show it to the user, as long as some of its files are moved and others are not."""
@@ -166,11 +171,11 @@ class OutputFiles:
             folder.mkdir(parents=True, exist_ok=True)
             _sweep(folder)
             path = Path(mkdtemp(prefix=f"{_STAGE}{os.getpid()}-", dir=folder))
-            stage = _Stage(path, folder, os.open(path, os.O_RDONLY))
+            stage = _Stage(path, folder, ExitStack())
+            stage.lock.enter_context(_locked([path], wait=False))
         except OSError as error:
             self._close(undo=True)
             raise SymkinError(f"{folder}: cannot be written to: {error.strerror}") from error
-        _lock(stage.lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         self._stages.append(stage)
         _open_stages.add(path)
         return stage
@@ -211,7 +216,7 @@ class OutputFiles:
         for stage in self._stages:
             if not self._torn:
                 shutil.rmtree(stage.path, ignore_errors=True)
-            os.close(stage.lock)
+            stage.lock.close()
         _open_stages.difference_update(stage.path for stage in self._stages)
         self._stages.clear()
         for folder in self._made if undo else ():
@@ -259,8 +264,10 @@ def _is_abandoned(stage: Path) -> bool:
     """Whether the process of a stage is no more.
 
     Its number may be that of another process by now, or of one in another container; the lock tells
-    the second.
+    the second. Without locks nobody knows.
     """
+    if not _HAS_LOCKS:
+        return False
     number = re.match(rf"(?:{re.escape(_STAGE)}|{_UNFINISHED})(\d+)-", stage.name)
     if number is None or not stage.is_dir():
         return False
@@ -273,20 +280,20 @@ def _is_abandoned(stage: Path) -> bool:
     else:
         return False
     try:
-        with _locked([stage], fcntl.LOCK_EX | fcntl.LOCK_NB):
+        with _locked([stage], wait=False):
             return True
     except OSError:
         return False
 
 
 @contextmanager
-def _locked(folders: Iterable[Path], how: int = fcntl.LOCK_EX) -> Iterator[None]:
+def _locked(folders: Iterable[Path], *, wait: bool = True) -> Iterator[None]:
     """Keep other processes that lock these folders out; in order, so that nobody waits for ever."""
     with ExitStack() as opened:
-        for folder in folders:
+        for folder in folders if _HAS_LOCKS else ():
             descriptor = os.open(folder, os.O_RDONLY)
             opened.callback(os.close, descriptor)
-            _lock(descriptor, how)
+            _lock(descriptor, wait=wait)
         yield
 
 
@@ -306,7 +313,7 @@ def alone(folder: Path) -> Iterator[None]:
         raise SymkinError(f"{folder}: cannot be written to: {error.strerror}") from error
     try:
         try:
-            _lock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            _lock(descriptor, wait=False)
         except BlockingIOError:
             raise SymkinError(
                 f"{folder}: another run is at work there; wait for its end, or choose another "
@@ -317,9 +324,12 @@ def alone(folder: Path) -> Iterator[None]:
         os.close(descriptor)
 
 
-def _lock(descriptor: int, how: int) -> None:
+def _lock(descriptor: int, *, wait: bool) -> None:
+    """Lock an open file or folder, where there are locks."""
+    if not _HAS_LOCKS:
+        return
     try:
-        fcntl.flock(descriptor, how)
+        fcntl.flock(descriptor, fcntl.LOCK_EX if wait else fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
         raise
     except OSError:  # a file system without locks
@@ -328,7 +338,9 @@ def _lock(descriptor: int, how: int) -> None:
 
 def _flush(path: Path) -> None:
     """Have a file or a folder on the disk before anything relies on it."""
-    descriptor = os.open(path, os.O_RDONLY)
+    if not _HAS_LOCKS and path.is_dir():
+        return
+    descriptor = os.open(path, os.O_RDONLY if _HAS_LOCKS else os.O_RDWR)  # as Windows wants it
     try:
         os.fsync(descriptor)
     finally:

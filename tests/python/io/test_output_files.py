@@ -262,6 +262,37 @@ def test_a_stage_that_another_container_holds_is_left_alone(tmp_path: Path) -> N
     assert not stage.exists()
 
 
+# As on Windows: without fcntl, folders cannot be opened, and os.kill would end a process.
+_WITHOUT_LOCKS = """
+import os, pathlib, sys
+sys.modules["fcntl"] = None
+open_file = os.open
+
+def open_no_folder(path, *how):
+    if os.path.isdir(path):
+        raise PermissionError(path)
+    return open_file(path, *how)
+
+os.open, os.kill = open_no_folder, None
+import symkin.cli
+from symkin.storage.output_files import OutputFiles, alone
+
+folder = pathlib.Path(sys.argv[1])
+for text in ("old", "new"):
+    with alone(folder), OutputFiles(overwrite=True) as outputs:
+        stage = outputs.folder(folder)
+        for name in sys.argv[2:]:
+            (stage / name).write_text(text)
+"""
+
+
+def test_files_are_written_where_folders_cannot_be_locked(tmp_path: Path) -> None:
+    (tmp_path / ".symkin-1-abandoned").mkdir()
+    subprocess.run([sys.executable, "-c", _WITHOUT_LOCKS, tmp_path, *NAMES], check=True)
+    assert {(tmp_path / name).read_text() for name in NAMES} == {"new"}
+    assert _names(tmp_path) == [".symkin-1-abandoned", *NAMES, "lock"]
+
+
 def test_writers_at_the_same_time_leave_the_files_of_one(tmp_path: Path) -> None:
     def write(text: str) -> None:
         with OutputFiles(overwrite=True) as outputs:
@@ -285,8 +316,10 @@ def test_of_writers_at_the_same_time_without_leave_to_replace_one_wins(tmp_path:
     assert (tmp_path / "plan.csv").read_text() == "quick"
 
 
+# Modules are compiled without the limit, or not kept: half of one would break every import to come.
 _FULL = """
 import pathlib, resource, signal, sys
+sys.dont_write_bytecode = True
 import symkin
 from symkin.storage.output_files import OutputFiles
 from symkin.storage.tables import write_table
