@@ -133,7 +133,7 @@ Indices spare_poses(const Problem& problem, const Indices& chosen) {
     if (next < 0) {
       break;
     }
-    information.add(rows.rows(next).data(), rows.shape().rows, 1, &products);
+    products.update(information.add(rows.rows(next).data(), rows.shape().rows, 1));
     taken.push_back(at(top, next));
     spares.push_back(at(top, next));
   }

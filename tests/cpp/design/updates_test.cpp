@@ -8,6 +8,7 @@
 #include "symkin/design/detail/candidates.hpp"
 #include "symkin/design/detail/criteria.hpp"
 #include "symkin/design/detail/information.hpp"
+#include "symkin/design/detail/row_variances.hpp"
 #include "symkin/support/dense.hpp"
 
 namespace symkin::testing {
@@ -20,6 +21,7 @@ using design::detail::Information;
 using design::detail::Leaving;
 using design::detail::leaving_pose;
 using design::detail::Products;
+using design::detail::RowVariances;
 using design::detail::Shape;
 using design::detail::variances;
 
@@ -164,11 +166,37 @@ TEST_P(Kernel, UpdatedProductsAgreeWithDenseAlgebra) {
   products.compute(inverse_factor(matrix));
   Information information(matrix);
   const RowMatrix added = made_rows(7, 6);
-  information.add(added.data(), 7, 0.5, &products);
+  products.update(information.add(added.data(), 7, 0.5));
   matrix += 0.5 * added.transpose() * added;
   expect_products_of(matrix.inverse());
   products.set(7, RowMatrix::Constant(shape.rows, shape.rows, 1e3));
   EXPECT_EQ(products.trace(products.largest()), 1e3 * static_cast<double>(shape.rows));
+}
+
+TEST_P(Kernel, VariancesOfRowsBoundTheDeterminantsForEachInverse) {
+  RowVariances variances(x, 2);
+  Information information(matrix);
+  variances.compute(0, inverse_factor(matrix));
+  variances.compute(1, inverse_factor(4 * matrix));
+  variances.pass();
+  const RowMatrix added = made_rows(7, 6);
+  variances.update(0, information.add(added.data(), 7, 0.5));
+  variances.update(0, information.add(made_rows(3, 5).data(), 3, -0.5));
+  variances.pass();
+  const RowMatrix inverses[] = {information.inverse(), matrix.inverse() / 4};
+  for (const Index which : {0, 1}) {
+    std::vector<double> largest(variances.largest(which).size(), 1);
+    for (Index j = 0; j < kCandidates; ++j) {
+      const RowMatrix d = candidate(j) * inverses[which] * candidate(j).transpose();
+      const double product = (1 + d.diagonal().array()).prod();
+      ASSERT_NEAR(variances.bound(which, j), product, 1e-10 * product);
+      double& most = largest[static_cast<std::size_t>(j / design::detail::kGroup)];
+      most = std::max(most, product);
+    }
+    for (std::size_t group = 0; group < largest.size(); ++group) {
+      ASSERT_NEAR(variances.largest(which)[group], largest[group], 1e-10 * largest[group]);
+    }
+  }
 }
 
 TEST_P(Kernel, TheBestExchangeIsThatOfLargestDeterminantAndNotOfAHiddenCandidate) {

@@ -268,7 +268,7 @@ Vector starting_weights(const ColumnBlocks& candidates, const RowMatrix& fixed, 
     const Index best = products.largest();
     weights[best] = 1;
     products.hide(best);
-    information.add(candidates.rows(best).data(), candidates.shape().rows, 1, &products);
+    products.update(information.add(candidates.rows(best).data(), candidates.shape().rows, 1));
   }
   // The ridge alone would make the smallest eigenvalue kGreedyRidge.
   const RowMatrix ridged = inverse_factor(information.matrix());

@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "symkin/design/detail/information.hpp"
 #include "symkin/design/detail/problem.hpp"
+#include "symkin/design/detail/row_variances.hpp"
 #include "symkin/support/dense.hpp"
 #include "symkin/support/interrupt.hpp"
 #include "symkin/support/random.hpp"
@@ -11,35 +11,44 @@
 namespace symkin::design::detail {
 namespace {
 
-constexpr double kRidge = 1e-6;  // until the poses of the start show every parameter
+constexpr double kRidge = 1e-6;     // until the poses of the start show every parameter
+constexpr double kRounding = 1e-9;  // of the bounds of determinants
 
-// Active calibration (Sun and Hollerbach 2008): from a random start poses are added one by one,
-// each the best; then the best is added and the least useful dropped until these are the same. All
-// variances follow by rank-one updates. Candidates are places in the list of those available.
+// Active calibration (Sun and Hollerbach 2008) from one random start: poses are added one by one,
+// each the best; then the best is added and the least useful dropped until these are the same. What
+// is known of all candidates follows by rank-one updates, in passes that starts have in common, and
+// bounds the gain; only the few candidates that may be the best are looked at themselves.
+// Candidates are places in the list of those available.
 class ActiveCalibration {
  public:
-  explicit ActiveCalibration(const Problem& problem)
+  ActiveCalibration(const Problem& problem, const Indices& available, RowVariances& variances,
+                    Index which, Random random)
       : problem_(problem),
         shape_(problem.shape()),
-        available_(problem.available()),
-        rows_(problem.whitened(available_)),
-        products_(rows_) {}
-
-  Indices run(Random& random) {
+        available_(available),
+        variances_(variances),
+        which_(which) {
     draw_start(random);
-    while (size_of(chosen_) < problem_.free_count && add_best()) {
-    }
-    rebuild(0);
-    // Rounding could let equal poses change places for ever; no real run comes near the limit.
-    for (Index i = 0; i < 100 * problem_.free_count && information_.positive_definite(); ++i) {
-      if (!add_best() || drop_worst() == added_) {
-        break;
+  }
+
+  // After each pass; whether there is anything left to do.
+  bool step() {
+    if (growing_) {
+      growing_ = size_of(chosen_) < problem_.free_count && add_best() &&
+                 size_of(chosen_) < problem_.free_count;
+      if (!growing_) {
+        rebuild(0);
       }
+      return true;
     }
-    if (size_of(chosen_) > problem_.free_count) {
-      chosen_.pop_back();
-    }
-    return named(chosen_, available_);
+    // Rounding could let equal poses change places for ever; no real run comes near the limit.
+    return steps_++ < 100 * problem_.free_count && information_.positive_definite() && add_best() &&
+           drop_worst() != added_;
+  }
+
+  Indices chosen() const {
+    const auto last = chosen_.begin() + std::min(size_of(chosen_), problem_.free_count);
+    return named({chosen_.begin(), last}, available_);
   }
 
  private:
@@ -47,9 +56,8 @@ class ActiveCalibration {
   void draw_start(Random& random) {
     const Index least =
         std::min((shape_.parameters + shape_.rows - 1) / shape_.rows, problem_.free_count);
-    chosen_.clear();
     for (Index tries = 0; size_of(chosen_) < least && tries < 1000 * least; ++tries) {
-      const Index j = random.below(rows_.count());
+      const Index j = random.below(size_of(available_));
       if (allowed(j)) {
         chosen_.push_back(j);
       }
@@ -68,15 +76,50 @@ class ActiveCalibration {
                        ridge * problem_.identity());
     const RowMatrix factor = inverse_factor(information_.matrix());
     if (factor.size() != 0) {
-      products_.compute(factor);
+      variances_.compute(which_, problem_.own_transform(factor));
     }
   }
 
+  RowMatrix whitened(Index j) const { return problem_.whitened_rows({at(available_, j)}); }
+
+  // det(I + sign D_jj), by which det M changes with the candidate.
+  double ratio(Index j, double sign) const {
+    const RowMatrix rows = whitened(j);
+    return determinant(RowMatrix::Identity(shape_.rows, shape_.rows) +
+                       sign * product(product(rows, information_.inverse()), rows.transpose()));
+  }
+
+  void change(Index j, double weight) {
+    InverseChange change = information_.add(whitened(j).data(), shape_.rows, weight);
+    change.u *= problem_.whitening.transform;  // for the candidates' own rows
+    variances_.update(which_, std::move(change));
+  }
+
+  // The first of the allowed candidates that add most; the group of the largest bound is looked at
+  // before all others, so that most of these need no look.
   bool add_best() {
-    check_interrupt();
-    added_ = products_.best_addition([&](Index j) { return allowed(j); });
+    const std::vector<double>& bounds = variances_.largest(which_);
+    double most = -kInfinity;
+    added_ = -1;
+    const auto look = [&](Index group) {
+      const auto promises = [&](double bound) { return bound * (1 + kRounding) >= most; };
+      const Index end = std::min((group + 1) * kGroup, size_of(available_));
+      for (Index j = group * kGroup; j < end && promises(at(bounds, group)); ++j) {
+        if (promises(variances_.bound(which_, j)) && allowed(j)) {
+          const double gain = ratio(j, 1);
+          if (gain > most || (gain == most && j < added_)) {
+            most = gain;
+            added_ = j;
+          }
+        }
+      }
+    };
+    look(std::max_element(bounds.begin(), bounds.end()) - bounds.begin());
+    for (Index group = 0; group < size_of(bounds); ++group) {
+      look(group);
+    }
     if (added_ >= 0) {
-      information_.add(rows_.rows(added_).data(), shape_.rows, 1, &products_);
+      change(added_, 1);
       chosen_.push_back(added_);
     }
     return added_ >= 0;
@@ -84,38 +127,64 @@ class ActiveCalibration {
 
   // The last of equal ones: that just added.
   Index drop_worst() {
-    const auto worst = std::max_element(chosen_.rbegin(), chosen_.rend(), [&](Index a, Index b) {
-      return products_.log_ratio(a, -1) < products_.log_ratio(b, -1);
-    });
-    const Index dropped = *worst;
-    chosen_.erase(std::next(worst).base());
-    information_.add(rows_.rows(dropped).data(), shape_.rows, -1, &products_);
+    std::size_t worst = 0;
+    double most = -kInfinity;
+    for (std::size_t place = 0; place < chosen_.size(); ++place) {
+      const double left = ratio(chosen_[place], -1);
+      if (left >= most) {
+        most = left;
+        worst = place;
+      }
+    }
+    const Index dropped = chosen_[worst];
+    chosen_.erase(chosen_.begin() + static_cast<std::ptrdiff_t>(worst));
+    change(dropped, -1);
     return dropped;
   }
 
   const Problem& problem_;
   Shape shape_;
-  Indices available_;
-  ColumnBlocks rows_;
-  Products products_;
+  const Indices& available_;
+  RowVariances& variances_;
+  Index which_;
   Information information_;
   Indices chosen_;
   Index added_ = -1;
+  bool growing_ = true;
+  Index steps_ = 0;
 };
 
 }  // namespace
 
 Selection select_sun_hollerbach(const Problem& problem) {
-  ActiveCalibration calibration(problem);
+  const Indices available = problem.available();
+  const ColumnBlocks rows = problem.candidates.columns(available);
+  // So many starts side by side that what is kept for them stays small beside the rows.
+  const Index together = std::clamp<Index>(problem.parameters() / 4, 1, problem.options.restarts);
+  RowVariances variances(rows, together);
   Selection choice;
   double best = -kInfinity;
-  for (int restart = 0; restart < problem.options.restarts; ++restart) {
-    Random random(problem.options.seed, static_cast<std::uint64_t>(restart));
-    const Indices chosen = calibration.run(random);
-    const double log_det = problem.log_det(chosen);
-    if (choice.indices.empty() || log_det > best) {
-      best = log_det;
-      choice.indices = chosen;
+  for (Index first = 0; first < problem.options.restarts; first += together) {
+    std::vector<ActiveCalibration> starts;
+    for (Index k = 0; k < together && first + k < problem.options.restarts; ++k) {
+      starts.emplace_back(problem, available, variances, k,
+                          Random(problem.options.seed, static_cast<std::uint64_t>(first + k)));
+    }
+    std::vector<bool> running(starts.size(), true);
+    while (std::find(running.begin(), running.end(), true) != running.end()) {
+      check_interrupt();
+      variances.pass();
+      for (std::size_t k = 0; k < starts.size(); ++k) {
+        running[k] = running[k] && starts[k].step();
+      }
+    }
+    for (const ActiveCalibration& start : starts) {
+      const Indices chosen = start.chosen();
+      const double log_det = problem.log_det(chosen);
+      if (choice.indices.empty() || log_det > best) {
+        best = log_det;
+        choice.indices = chosen;
+      }
     }
   }
   return choice;

@@ -27,8 +27,9 @@ class Candidates {
   // The rows of one candidate, excluded or not: rows_per_pose x parameters.
   RowMatrix rows(Index candidate) const { return rows(Indices{candidate}); }
 
-  // The rows of some candidates, one below the other.
+  // The rows of some candidates, one below the other and in columns.
   RowMatrix rows(const Indices& candidates) const;
+  ColumnBlocks columns(const Indices& candidates) const;
 
   // task(chunk, first candidate, columns) for every stride-th block of each chunk of blocks, one
   // after the other. The division into chunks is the same on any number of threads.

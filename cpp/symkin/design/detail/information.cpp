@@ -32,12 +32,12 @@ void Information::refresh() {
   }
 }
 
-void Information::add(const double* rows, Index count, double weight, Products* products) {
-  work_.resize(count, matrix_.rows());
-  Vector scale(count);
+InverseChange Information::add(const double* rows, Index count, double weight) {
+  InverseChange change{RowMatrix(count, matrix_.rows()), Vector(count)};
+  auto& [u, scale] = change;
   for (Index row = 0; row < count; ++row) {
     const Eigen::Map<const Vector> x(rows + row * matrix_.rows(), matrix_.rows());
-    Eigen::Map<Vector> work(work_.row(row).data(), matrix_.rows());
+    Eigen::Map<Vector> work(u.row(row).data(), matrix_.rows());
     work.noalias() = inverse_ * x;
     const double pivot = 1 + weight * x.dot(work);
     scale[row] = -weight / pivot;
@@ -49,9 +49,7 @@ void Information::add(const double* rows, Index count, double weight, Products* 
     inverse_.noalias() += (scale[row] * work) * work.transpose();
     log_det_ += std::log(pivot);
   }
-  if (products != nullptr) {
-    products->update(work_, scale);
-  }
+  return change;
 }
 
 }  // namespace symkin::design::detail

@@ -34,14 +34,19 @@ struct BestPair {
   Index candidate = -1;
 };
 
+// A += the sum of scale_k u_k u_k^T, u_k a row of u.
+struct InverseChange {
+  RowMatrix u;
+  Vector scale;
+};
+
 // The products D_jj = C_j A C_j^T of candidates with the inverse A of an information matrix.
 class Products {
  public:
   explicit Products(const ColumnBlocks& candidates);  // which must outlive it
 
   void compute(const RowMatrix& factor);  // A = T^T T, T lower triangular
-  // += the sum of scale_k (C_j u_k) (C_j u_k)^T, u_k a row of u.
-  void update(const RowMatrix& u, const Vector& scale);
+  void update(const InverseChange& change);
   void set(Index candidate, const RowMatrix& products);  // r x r
   void hide(Index candidate);                            // until it is set or all computed
   double trace(Index candidate) const { return trace_[candidate]; }  // d_j; negative if hidden
@@ -76,10 +81,10 @@ class Information {
 
   void reset(RowMatrix matrix);
 
-  // M += weight x^T x for each row x (count x p), and the products follow. The inverse is computed
-  // afresh where the update would lose digits, and every some tens of updates. Rows should be added
-  // before others are taken away.
-  void add(const double* rows, Index count, double weight, Products* products = nullptr);
+  // M += weight x^T x for each row x (count x p); returns what products with the inverse follow by.
+  // The inverse is computed afresh where the update would lose digits, and every some tens of
+  // updates. Rows should be added before others are taken away.
+  InverseChange add(const double* rows, Index count, double weight);
 
   bool positive_definite() const { return positive_definite_; }
   const RowMatrix& matrix() const { return matrix_; }
@@ -90,7 +95,6 @@ class Information {
   void refresh();
 
   RowMatrix matrix_, inverse_;
-  RowMatrix work_;
   double log_det_ = 0;
   int updates_ = 0;
   bool positive_definite_ = false;

@@ -103,10 +103,6 @@ struct Wide {
   }
 
   // Where a vector has values: a leg of a whole mechanism has parameters of its own alone.
-  struct Span {
-    Index first, end;
-    Index size() const { return end - first; }
-  };
   static Span span_of(const Squares& squares, Index k) {
     const double* u = squares.u + k * squares.size;
     Span span{0, squares.triangular ? k + 1 : squares.size};
@@ -191,6 +187,62 @@ struct Wide {
     }
   }
 
+  // kMany vectors at once, of one row of a group.
+  template <Index kMany>
+  SYMKIN_INLINE void add_squares_of_row(const double* x, const double* u, Index stride, Index size,
+                                        const double* scale, double* to) {
+    for (Index part = 0; part < kParts; part += kStrip) {
+      Lanes v[kMany * kStrip];
+      combine_many<kMany, kStrip, kStrip>(x + part * kLanes, u, stride, size, v);
+      for (Index k = 0; k < kStrip; ++k) {
+        Lanes sum = load(to)[part + k];
+        for (Index i = 0; i < kMany; ++i) {
+          sum += (scale == nullptr ? 1 : scale[i]) * (v[i * kStrip + k] * v[i * kStrip + k]);
+        }
+        store(to)[part + k] = sum;
+      }
+    }
+  }
+
+  static void add_row_squares(const double* x, Shape shape, const Span* spans,
+                              const Squares& squares, double* of_rows) {
+    for (Index k = 0, count = 1; k < squares.count; k += count) {
+      Span span = span_of(squares, k);
+      count = together(squares, k, span) ? kTogether : 1;
+      const double* scale = squares.scale == nullptr ? nullptr : squares.scale + k;
+      for (Index row = 0; row < shape.rows; ++row) {
+        const Index first = std::max(span.first, spans[row].first);
+        const Index size = std::min(span.end, spans[row].end) - first;
+        const double* u = squares.u + k * squares.size + first;
+        const double* from = x + (row * shape.parameters + first) * kGroup;
+        double* to = of_rows + row * kBlock;
+        for (Index lane = 0; size > 0 && lane < kBlock; lane += kGroup) {
+          if (count == 1) {
+            add_squares_of_row<1>(from + lane * shape.width(), u, squares.size, size, scale,
+                                  to + lane);
+          } else {
+            add_squares_of_row<kTogether>(from + lane * shape.width(), u, squares.size, size, scale,
+                                          to + lane);
+          }
+        }
+      }
+    }
+  }
+
+  static void find_largest_products(const double* of_rows, Index rows, double* of_groups) {
+    for (Index g = 0; g < kGroups; ++g) {
+      alignas(64) double products[kGroup];
+      for (Index k = 0; k < kParts; ++k) {
+        Lanes product = Lanes{} + 1.0;
+        for (Index row = 0; row < rows; ++row) {
+          product *= 1.0 + load(of_rows + row * kBlock + g * kGroup)[k];
+        }
+        store(products)[k] = product;
+      }
+      of_groups[g] = largest(products);
+    }
+  }
+
   // det(I + D_jj + E S E^T) by Cholesky pivots, D_jj at `gram`.
   SYMKIN_INLINE void bordered_determinant(const double* gram, const Lanes* e, const double* s,
                                           Index r, Lanes* determinant) {
@@ -253,7 +305,8 @@ struct Wide {
   }
 };
 
-constexpr ProductKernels kWide{Wide::find_largest, Wide::add_squares, Wide::find_ratios};
+constexpr ProductKernels kWide{Wide::find_largest, Wide::add_squares, Wide::add_row_squares,
+                               Wide::find_largest_products, Wide::find_ratios};
 
 }  // namespace
 

@@ -33,6 +33,13 @@ struct ProductKernels {
   void (*add_squares)(const double* x, Shape shape, const Squares& squares, double* gram,
                       double* trace);
 
+  // The diagonal of D alone, of_rows[row * kBlock + candidate], of rows with values in their spans.
+  void (*add_row_squares)(const double* x, Shape shape, const Span* spans, const Squares& squares,
+                          double* of_rows);
+
+  // The largest product of 1 + d over a candidate's rows, in each group of a block.
+  void (*find_largest_products)(const double* of_rows, Index rows, double* of_groups);
+
   // base * det(I + D_jj + E S E^T) of a group of candidates, 0 of those hidden; returns the
   // largest.
   double (*find_ratios)(const double* x, Shape shape, const double* gram, const double* trace,

@@ -70,7 +70,8 @@ void Products::compute(const RowMatrix& factor) {
 }
 
 // Block by block, so that each comes from memory once.
-void Products::update(const RowMatrix& u, const Vector& scale) {
+void Products::update(const InverseChange& change) {
+  const auto& [u, scale] = change;
   for (Index b = 0; b < x_.blocks(); ++b) {
     product_kernels().add_squares(x_.block(b), x_.shape(),
                                   {u.data(), u.rows(), u.cols(), false, scale.data()}, gram(b),

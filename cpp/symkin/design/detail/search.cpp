@@ -159,8 +159,8 @@ void DeterminantSearch::exchange(const Pair& pair) {
   const RowMatrix out = rows_.rows(leaving);
   auto rows = chosen_rows_.middleRows(pair.place * r, r);
   rows = rows_.rows(entering);
-  information_.add(rows.data(), r, 1, &products_);
-  information_.add(out.data(), r, -1, &products_);
+  products_.update(information_.add(rows.data(), r, 1));
+  products_.update(information_.add(out.data(), r, -1));
   products_.hide(entering);
   products_.set(leaving, product(product(out, information_.inverse()), out.transpose()));
 }
