@@ -34,6 +34,7 @@ DYAD_KEYS = (
 _DEVICES = {
     "readings": "nothing (redundant encoders)",
 }
+_ROUNDING = 1e-12  # rad
 _TURN = {"azimuth": "0 rad", "roll": "0 rad", "pitch": "0 rad", "yaw": "0 rad"}
 
 
@@ -292,6 +293,6 @@ def _turnable(table: _Values) -> _Values:
 def _roll_pitch_yaw(matrix: Array) -> dict[str, str]:
     """The turn about z by yaw, then y by pitch, then x by roll that makes a rotation."""
     return {
-        name: f"{value!r} rad"
+        name: f"{value if abs(value) > _ROUNDING else 0.0!r} rad"
         for name, value in zip(("roll", "pitch", "yaw"), roll_pitch_yaw(matrix), strict=True)
     }

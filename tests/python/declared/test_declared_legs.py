@@ -22,6 +22,8 @@ FOLDER = Path(__file__).parents[3] / "mechanisms" / "declared"
 SHOWN = {  # by the reference of declared legs; and the sensor's gain and offset
     "3UPU": "base_x base_y base_z base_ry base_rz foot_rx foot_rz",
     "orthoglide": "base_y base_z base_ry base_rz rod_x end_x",
+    "orthoglide_rods": "base_z base_ry base_rz left_at_y left_end_x left_end_z left_length "
+    "right_at_y right_length",
     "tripteron": "base_ry base_rz proximal_ry proximal_rz",
     # Of the four-bar crank the reference shows four numbers more, which the file calls exact.
     "3RRR_four_bar": "base_x base_y proximal_x distal_x platform_x platform_y",

@@ -103,6 +103,16 @@ def tripteron(p: Mapping[str, float], q: float, passive: Array, pose: Array) -> 
     return np.asarray((left - right)[:3, 3])
 
 
+def orthoglide_rods(p: Mapping[str, float], q: float, passive: Array, pose: Array) -> Array:  # noqa: ARG001
+    guide = fixed(p, "turn") @ fixed(p, "base") @ move(q, 0, 0)
+    platform = pose_matrix(pose) @ fixed(p, "platform_turn")
+    return np.array([
+        np.linalg.norm((guide @ fixed(p, f"{rod}_at") - platform @ fixed(p, f"{rod}_end"))[:3, 3])
+        - p[f"{rod}_length"]
+        for rod in ("left", "right")
+    ])  # fmt: skip
+
+
 def four_bar(p: Mapping[str, float], q: float, passive: Array, pose: Array) -> Array:
     rocker, elbow, end, coupler = passive
     base = fixed(p, "base")
@@ -151,6 +161,7 @@ def least_residual(closure: Callable[[Array], Array], passive: Array) -> float:
 CASES: dict[str, tuple[Closure, list[float]]] = {
     "3UPU": (upu, [0.0, 0.0, 0.0, 0.0]),
     "orthoglide": (orthoglide, [0.0, 0.0, 0.0]),
+    "orthoglide_rods": (orthoglide_rods, []),
     "tripteron": (tripteron, [1.5, -1.7]),
     "3RRR_four_bar": (four_bar, [2.6, 1.05, -1.05, 1.0]),
     "gough_imperfect": (gough, [0.0, 0.0]),

@@ -17,7 +17,10 @@ from symkin.exports import joint_values
 from symkin.planning.simulation import disturb
 
 FOLDER = Path(__file__).parents[3] / "mechanisms" / "declared"
-NAMES = ["3UPU", "3RRR_four_bar", "cables4", "gough_imperfect", "h4", "orthoglide", "tripteron"]
+NAMES = [
+    "3UPU", "3RRR_four_bar", "cables4", "gough_imperfect", "h4", "orthoglide", "orthoglide_rods",
+    "tripteron",
+]  # fmt: skip
 
 
 @pytest.fixture

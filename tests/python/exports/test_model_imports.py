@@ -15,7 +15,10 @@ from symkin.exports import import_mechanism
 from symkin.planning.simulation import disturb
 
 FOLDER = Path(__file__).parents[3] / "mechanisms" / "declared"
-NAMES = ["3UPU", "3RRR_four_bar", "cables4", "gough_imperfect", "h4", "orthoglide", "tripteron"]
+NAMES = [
+    "3UPU", "3RRR_four_bar", "cables4", "gough_imperfect", "h4", "orthoglide", "orthoglide_rods",
+    "tripteron",
+]  # fmt: skip
 
 
 @pytest.mark.parametrize("kind", ["mjcf", "urdf", "sdf"])

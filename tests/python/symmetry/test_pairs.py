@@ -347,6 +347,7 @@ DECLARED = {
     "gough_imperfect": (6, 6, "C_3v"),
     "h4": (4, 4, "C_2v"),
     "orthoglide": (6, 6, "C_3v"),
+    "orthoglide_rods": (3, 3, "C_3"),
     "tripteron": (3, 3, "C_3"),
 }
 
