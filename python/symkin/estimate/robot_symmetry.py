@@ -323,8 +323,11 @@ def _kinds(
     """
     names = legs.kinds
     kinds = [kind for kind in ("length", "angle", "sensor") if (names == kind).any()]
-    # What all legs have in common, with a variance of one.
-    alike = common / np.sqrt(np.outer(np.diag(common), np.diag(common)).clip(1e-12))
+    # What all legs have in common, with a variance of one; of what a mirror turns round where the
+    # leg stands there is nothing.
+    own = np.diag(common)
+    sizes = np.where(own > _FITS, np.sqrt(own.clip(0)), np.inf)
+    alike = (common + common.T) / 2 / np.outer(sizes, sizes)
     u, values, _ = np.linalg.svd(frames, full_matrices=True)
     kept = u[:, int((values > 1e-6 * values.max(initial=0)).sum()) :].T
     seen, noise = kept @ errors, kept @ covariance @ kept.T

@@ -2,6 +2,7 @@
 """How symmetric a robot is, as it was identified."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,6 +11,9 @@ import symkin
 from symkin.estimate.robot_symmetry import _contrast_test, _Legs, robot_symmetry
 from symkin.model.symmetry import symmetry_pairs
 from symkin.model.tolerances import parameter_tolerances
+from symkin.planning.simulation import disturb
+
+DECLARED = Path(__file__).parents[3] / "mechanisms" / "declared"
 
 
 @pytest.fixture(scope="module")
@@ -97,3 +101,17 @@ def test_chi_squares_are_those_of_the_reference(shared_reference):
             value, freedom = _contrast_test(estimate, covariance, action - np.eye(24), free)
             assert value == pytest.approx(expected["chi_square"], rel=1e-5)
             assert freedom == expected["degrees_of_freedom"]
+
+
+def test_errors_alike_in_legs_about_a_tilted_axis_keep_its_turns_and_not_its_mirrors():
+    mechanism = symkin.load_mechanism(DECLARED / "orthoglide.toml")
+    of_all = disturb(mechanism, seed=1).parameters[0] - mechanism.parameters[0]
+    actual = mechanism.with_parameters(mechanism.parameters + of_all * mechanism.is_estimated)
+    plan = symkin.plan(mechanism, 24, candidates=300)
+    measured = symkin.simulate(mechanism, plan, 1, actual=actual).measurements
+    judged = robot_symmetry(symkin.identify(mechanism, measured))
+    assert judged.group == "C_3v"
+    for test in judged.tests:
+        # A mirror turns round base.y and base.rz of the leg that it leaves where it is.
+        assert (test.p_value > 0.05) == test.words.startswith("turn")
+    assert all(np.isfinite([each.common, each.different]).all() for each in judged.kinds)
