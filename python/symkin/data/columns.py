@@ -501,12 +501,34 @@ def read_observed(
     return found
 
 
+class NumbersMet:
+    """Whole numbers that parts of a table had, as runs of them: few where rows are numbered."""
+
+    def __init__(self) -> None:
+        self._first = self._last = np.empty(0, dtype=np.intp)
+
+    def add(self, ascending: NDArray[np.intp]) -> int | None:
+        """Return the first of these numbers that was met, or have them all as met."""
+        runs = np.searchsorted(self._first, ascending, side="right") - 1
+        again = (runs >= 0) & (ascending <= np.append(self._last, -1)[runs])
+        if again.any():
+            return int(ascending[again.argmax()])
+        first = np.concatenate([self._first, ascending])
+        last = np.concatenate([self._last, ascending])
+        order = np.argsort(first)
+        first, last = first[order], last[order]
+        apart = first[1:] > last[:-1] + 1
+        self._first, self._last = first[np.append(True, apart)], last[np.append(apart, True)]
+        return None
+
+
 def read_partners(
-    table: Table, columns: MeasurementColumns, pose_space: str
+    table: Table, columns: MeasurementColumns, pose_space: str, met: NumbersMet | None = None
 ) -> NDArray[np.intp] | None:
     """Return where the other rows of pairs stand in the source, 0 for none; None without pairs.
 
     Rows are named by numbers of their own in the column ``row``, so that a table may be sorted.
+    Of a part of a table, `met` has the numbers of the parts before it, and then of this one too.
 
     Raises
     ------
@@ -522,8 +544,10 @@ def read_partners(
     labels = table.whole_numbers(ROW, 0, _MOST_ROWS)
     order = np.argsort(labels, kind="stable")
     again = np.flatnonzero(np.diff(labels[order]) == 0)
-    if len(again):
-        row = int(order[again[0] + 1])
+    row = int(order[again[0] + 1]) if len(again) else -1
+    if met is not None and row < 0 and (number := met.add(labels[order])) is not None:
+        row = int(np.flatnonzero(labels == number)[0])
+    if row >= 0:
         raise table.row_error(row, f'has {labels[row]} in column "{ROW}", as another row has')
     found = np.zeros((table.row_count, count), dtype=np.intp)
     for pair in range(count):

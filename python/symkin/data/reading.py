@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin.data.columns import (
+    NumbersMet,
     PoseValues,
     StatedUnit,
     check_columns,
@@ -196,8 +197,12 @@ def measurements_by_robot(
     ignore: Sequence[str],
     *,
     is_first: bool = True,
+    row_numbers: NumbersMet | None = None,
 ) -> dict[str, Measurements]:
-    """Return what `read_fleet` does, from a table, or the first or a further part of one."""
+    """Return what `read_fleet` does, from a table, or the first or a further part of one.
+
+    Parts have in common which numbers of their rows were met.
+    """
     table.require(ROBOT, "the name or number of the robot that the row belongs to")
     labels = table.labels(ROBOT)
     starts = np.flatnonzero(np.append(True, np.diff(labels.codes) != 0))
@@ -206,7 +211,7 @@ def measurements_by_robot(
     places[list(met)] = np.arange(len(met))
     robots = places[labels.codes]
     measurements = measurements_of_table(
-        table, mechanism, columns, ignore, robots, is_first=is_first
+        table, mechanism, columns, ignore, robots, is_first=is_first, row_numbers=row_numbers
     )
     if len(starts) > len(met):  # not together
         measurements = measurements.subset(np.argsort(robots, kind="stable"))
@@ -223,6 +228,7 @@ def measurements_of_table(
     robots: NDArray[np.intp] | None = None,
     *,
     is_first: bool = True,
+    row_numbers: NumbersMet | None = None,
 ) -> Measurements:
     """The rows of a table, checked; those of different robots may be alike.
 
@@ -238,7 +244,7 @@ def measurements_of_table(
     if others.get("commanded") is not None:
         others["commanded"] = from_drawing(mechanism, others["commanded"])
     others |= read_circumstances(table, Sizes(mechanism.space, legs, mechanism.reading_unit))
-    others["partners"] = read_partners(table, columns, space)
+    others["partners"] = read_partners(table, columns, space, row_numbers)
     if others.get("reported") is not None:
         given = others["reported"]
         others["reported"] = from_drawing(mechanism, given)

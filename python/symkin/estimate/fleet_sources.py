@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
+from symkin.data.columns import NumbersMet
 from symkin.data.measurements import Measurements
 from symkin.data.reading import ROBOT, measurements_by_robot, measurements_of_table, read_fleet
 from symkin.errors import MeasurementError, SymkinError
@@ -76,8 +77,11 @@ def robots_of_table(
 ) -> Iterator[Robots]:
     """Robots of one table a part at a time, as `read_fleet` reads it; `RowsApartError` as above."""
     met: set[str] = set()
+    numbers = NumbersMet()
     for number, table in enumerate(_tables(file, mechanism.step, whole)):
-        found = measurements_by_robot(table, mechanism, columns, ignore, is_first=not number)
+        found = measurements_by_robot(
+            table, mechanism, columns, ignore, is_first=not number, row_numbers=numbers
+        )
         _require_together(file, met, found)
         yield found
 
@@ -92,6 +96,7 @@ def _robots_of_file(
 ) -> Iterator[Robots]:
     """Of a file that cannot be read, or not to its end, its name and the reason."""
     tables = enumerate(_tables(file, mechanism.step, whole))
+    numbers = NumbersMet()
     while True:
         try:
             number, table = next(tables)
@@ -103,7 +108,9 @@ def _robots_of_file(
         except SymkinError as error:
             yield {name: str(error)}
             return
-        yield measurements_by_robot(table, mechanism, columns, ignore, is_first=not number)
+        yield measurements_by_robot(
+            table, mechanism, columns, ignore, is_first=not number, row_numbers=numbers
+        )
 
 
 def _tables(file: Path, step: str, whole: bool) -> Iterator[Table]:

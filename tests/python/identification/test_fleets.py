@@ -169,11 +169,11 @@ def small_parts(monkeypatch):
     monkeypatch.setattr("symkin.estimate.fleet_sources._ROWS", 1)
 
 
-def table_of(robots, path, order=None):
+def table_of(robots, path, order=None, **others):
     parts = [measurement_columns(each, "rad") for each in robots.values()]
     columns = {key: np.concatenate([part[key] for part in parts]) for key in parts[0]}
     labels = np.array([robot for robot, each in robots.items() for _ in range(len(each))])
-    columns = {"robot": labels, **columns, "remark": np.zeros(len(labels))}
+    columns = {"robot": labels, **columns, "remark": np.zeros(len(labels)), **others}
     order = slice(None) if order is None else order
     write_table(path, {key: values[order] for key, values in columns.items()})
     return path
@@ -201,6 +201,31 @@ def test_a_table_read_in_parts_gives_the_same_fleet(mechanism, robots, tmp_path,
     assert in_parts == dataclasses.replace(whole, seconds=in_parts.seconds)
     assert in_parts.notes == whole.notes
     assert in_parts.made_within
+
+
+@pytest.mark.usefixtures("small_parts")
+@pytest.mark.parametrize("name", ["all.csv", "all.parquet"])
+def test_numbers_of_rows_are_used_once_in_a_table_read_in_parts(
+    mechanism, robots, tmp_path, monkeypatch, name
+):
+    # Each robot's in an order of their own, those of later robots below those before.
+    own = np.arange(sum(map(len, robots.values()))).reshape(len(robots), -1)
+    numbers = np.random.default_rng(1).permuted(own[::-1], axis=1).ravel()
+    none = np.full(len(numbers), np.nan)
+    for last, refused in ((numbers[-1], False), (numbers[-2], True), (numbers[3], True)):
+        given = {"row": np.append(numbers[:-1], last), "pair1_row": none, "pair1_height_m": none}
+        path = table_of(robots, tmp_path / name, **given)
+        said = []
+        for size in (1, 10**4):
+            monkeypatch.setattr("symkin.storage.table_blocks._CSV_BYTES", 3000 * size)
+            monkeypatch.setattr("symkin.storage.table_blocks._PARQUET_ROWS", 20 * size)
+            try:
+                assert (len(list(robots_of_files(mechanism, [path]))) > 3) == (size == 1)
+                said.append("")
+            except MeasurementError as error:
+                said.append(str(error))
+        assert said[0] == said[1]
+        assert (f'has {last} in column "row", as another row has' in said[0]) == refused
 
 
 @pytest.mark.usefixtures("small_parts")
