@@ -66,14 +66,13 @@ double criterion_merit(const RowMatrix& information, const SelectionOptions& opt
 
 CriterionGradient criterion_gradient(const RowMatrix& information, const SelectionOptions& options,
                                      double sharpness) {
-  const RowMatrix factor = demanded_factor(information);
-  const RowMatrix inverse = product(factor.transpose(), factor);
-  if (options.criterion == Criterion::O1) {
-    return {inverse / (2 * static_cast<double>(information.rows())), {}};
-  }
   if (options.criterion == Criterion::expected_error) {
-    const double error = (inverse * options.error_weight).trace();
-    return {inverse * options.error_weight * inverse / error, {}};
+    return {error_slopes(information, options.error_weight).gradient(), {}};
+  }
+  const RowMatrix factor = demanded_factor(information);
+  if (options.criterion == Criterion::O1) {
+    const RowMatrix inverse = product(factor.transpose(), factor);
+    return {inverse / (2 * static_cast<double>(information.rows())), {}};
   }
   const Vector scale = scale_or_ones(options, information.rows());
   const SymmetricEigen eigen = symmetric_eigen(scaled(information, scale));
@@ -94,6 +93,13 @@ CriterionGradient criterion_gradient(const RowMatrix& information, const Selecti
     result.loss = product(vectors * largest.asDiagonal(), vectors.transpose());
   }
   return result;
+}
+
+ErrorSlopes error_slopes(const RowMatrix& information, const RowMatrix& error_weight) {
+  const RowMatrix factor = demanded_factor(information);
+  const RowMatrix inverse = product(factor.transpose(), factor);
+  return {inverse, product(product(inverse, error_weight), inverse),
+          inverse.cwiseProduct(error_weight).sum()};
 }
 
 ErrorExchange::ErrorExchange(const Rows& in, const Rows& out) : r_(in.rows.rows()) {

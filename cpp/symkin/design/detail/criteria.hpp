@@ -30,6 +30,17 @@ struct CriterionGradient {
 CriterionGradient criterion_gradient(const RowMatrix& information, const SelectionOptions& options,
                                      double sharpness = 4);
 
+// The expected error, trace(M^-1 B), which falls by trace(M^-1 B M^-1 dM) to first order, and
+// nowhere by more. Throws InvalidInput if M is singular.
+struct ErrorSlopes {
+  RowMatrix inverse;   // M^-1
+  RowMatrix weighted;  // M^-1 B M^-1
+  double error;
+
+  RowMatrix gradient() const { return weighted / error; }  // of the merit
+};
+ErrorSlopes error_slopes(const RowMatrix& information, const RowMatrix& error_weight);
+
 // How the expected error, trace(M^-1 B), changes where some rows replace others, a share s of each:
 // M(s) = M + s (in^T in - out^T out), no matrix as large as M factored anew. With U = (in, out),
 // D = (I, -I), G = U M^-1 U^T, H = U M^-1 B M^-1 U^T and K = (D + s G)^-1 (Woodbury)

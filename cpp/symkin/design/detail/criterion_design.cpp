@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <optional>
 #include <utility>
 
 #include "symkin/design/detail/bounds.hpp"
@@ -181,7 +182,12 @@ class DesignSearch {
   void improve() {
     for (int step = 0; step < kSteps; ++step) {
       check_interrupt();
-      const Vector gains = squares_ * lower_triangle(gradient_at(information_), 2);
+      std::optional<ErrorSlopes> slopes;  // of the expected error
+      if (criterion() == Criterion::expected_error) {
+        slopes = error_slopes(information_, options_.error_weight);
+      }
+      const Vector gains =
+          squares_ * lower_triangle(slopes ? slopes->gradient() : gradient_at(information_), 2);
       Index giver = size_of(active_);
       Index taker = giver;
       double least = kInfinity;
@@ -201,9 +207,9 @@ class DesignSearch {
       }
       const RowMatrix direction = square_of(taker) - square_of(giver);
       const double limit = std::min(at(weights_, giver), 1 - at(weights_, taker));
-      const double moved = criterion() == Criterion::expected_error
-                               ? best_step(error_falls(at(rows_, taker), at(rows_, giver)), limit)
-                               : best_step(criterion_rises(direction), limit);
+      const double moved =
+          slopes ? best_step(error_falls(*slopes, at(rows_, taker), at(rows_, giver)), limit)
+                 : best_step(criterion_rises(direction), limit);
       if (moved <= 0) {
         return;
       }
@@ -222,12 +228,10 @@ class DesignSearch {
     };
   }
 
-  std::function<bool(double)> error_falls(const RowMatrix& in, const RowMatrix& out) const {
-    const RowMatrix factor = demanded_factor(information_);
-    const RowMatrix inverse = product(factor.transpose(), factor);
-    const RowMatrix weighted = product(product(inverse, options_.error_weight), inverse);
+  static std::function<bool(double)> error_falls(const ErrorSlopes& slopes, const RowMatrix& in,
+                                                 const RowMatrix& out) {
     const auto with = [&](const RowMatrix& rows) {
-      return std::pair(product(rows, inverse), product(rows, weighted));
+      return std::pair(product(rows, slopes.inverse), product(rows, slopes.weighted));
     };
     const auto [in_solved, in_weighted] = with(in);
     const auto [out_solved, out_weighted] = with(out);

@@ -230,10 +230,9 @@ void CriterionSearch::rebuild() {
   information_ = problem_.information(named(chosen_, pool_));
   merit_ = criterion_merit(information_, problem_.options);
   if (problem_.options.criterion == Criterion::expected_error && std::isfinite(merit_)) {
-    const RowMatrix factor = demanded_factor(information_);
-    const RowMatrix inverse = product(factor.transpose(), factor);
-    solved_ = product(rows_, inverse);
-    weighted_ = product(solved_, product(problem_.options.error_weight, inverse));
+    const ErrorSlopes slopes = error_slopes(information_, problem_.options.error_weight);
+    solved_ = product(rows_, slopes.inverse);
+    weighted_ = product(rows_, slopes.weighted);
   } else {
     solved_.resize(0, 0);
   }
@@ -293,6 +292,10 @@ bool CriterionSearch::improve(Index tries) {
   Index tried = 0;
   for (auto pair = pairs.begin(); pair != last; ++pair) {
     if (tried >= kPromising && best_pair != nullptr) {
+      break;
+    }
+    // The expected error does not fall by more than its slope says.
+    if (solved_.size() != 0 && pair->gain < 1 && merit_ - std::log1p(-pair->gain) <= best) {
       break;
     }
     if (!allowed(pair->place, pair->member)) {
