@@ -1,19 +1,25 @@
 # SPDX-License-Identifier: MIT
 """Whether guided measuring pays: sessions on simulated robots, with what goes wrong in one.
 
-    .venv/bin/python benchmarks/guided.py --sessions 40
+    .venv/bin/python benchmarks/guided.py [3RRR linear_delta hexapod_jugglebot] --sessions 40
 
 Each session is a robot of its own, made within the tolerances, and decides by itself (`resolve`).
 Met is the share of the sessions whose robot really keeps the accuracy, over the workspace; alarmed
-that in which a row or a slip was doubted; found after: rows from a slip until it was found.
+that in which a row or a slip was doubted; found after: rows from a slip until it was found. Batch
+is a plan of as many poses as are enough for the accuracy, each that fails being replaced by the
+next spare: its rows, the tries that they took, and the share of the robots identified from them
+that keep the accuracy; what goes wrong is the same, and nothing but failures is noticed.
 """
 
 import argparse
 import time
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 import symkin
+from symkin.data.measurements import Measurements
 from symkin.guided import SimulatedDevice
 from symkin.model.settings import Tolerances
 from symkin.planning.simulation import disturb
@@ -23,88 +29,176 @@ SLIPS_AT = 14
 KINDS = ("sound", "failures", "region", "tolerances", "slip")
 
 
-def session_of(kind: str, robot, seed: int, accuracy: float, candidates: int) -> dict[str, float]:
+class Case(NamedTuple):
+    """What is measured of a robot, what is unknown, and how well it is to be known, m."""
+
+    accuracy: float
+    observe: str
+    unknowns: dict[str, Any]
+
+
+CASES = {
+    "3RRR": Case(1e-4, "pose", {}),
+    "linear_delta": Case(6e-5, "position", {"frames": ["base"], "prior": "tolerances"}),
+    "hexapod_jugglebot": Case(
+        4e-4, "position", {"frames": ["base", "target"], "prior": "tolerances"}
+    ),
+}
+
+
+class Trial:
+    """One robot as it was made and as it is measured, and what goes wrong meanwhile."""
+
+    def __init__(self, kind: str, robot: symkin.Robot, case: Case, seed: int) -> None:
+        """Make it."""
+        tolerances = vars(robot.tolerances)
+        drawn = robot
+        if kind == "tolerances":
+            wide = {name: value and 3 * value for name, value in tolerances.items()}
+            drawn = robot.replace(tolerances=Tolerances(**wide))
+        self.kind, self.robot, self.case = kind, robot, case
+        self.actual = disturb(drawn, seed)
+        lost = 0.1 if kind == "failures" else 0.0
+        self.device = SimulatedDevice(robot, seed, self.actual, observe=case.observe, lost=lost)
+        self.sample = robot.sample_workspace(1000, seed=1).poses
+        size = robot.space.size
+        self._direction = np.random.default_rng(seed).normal(size=size)
+        along = self.sample[:, :size] @ self._direction
+        self._hidden = np.quantile(along, 0.85) if kind == "region" else np.inf
+        beside = robot.noise.position if robot.reading_unit == "m" else robot.noise.orientation
+        self.slip = 5 * max(robot.noise.reading, beside)
+
+    def at(self, pose: NDArray[np.float64], readings: NDArray[np.float64], row: int) -> Any:
+        """What the device tells at a pose, if it is taken as the row of that number."""
+        found = self.device.at(readings)
+        if pose[: len(self._direction)] @ self._direction > self._hidden:
+            return "occluded"
+        if not isinstance(found, str) and self.kind == "slip" and row >= SLIPS_AT:
+            column = next(name for name in found if name.startswith(("psi_2", "psi2")))
+            found = found | {column: found[column] + self.slip}
+        return found
+
+    def keeps(self, model: symkin.Mechanism) -> bool:
+        """Whether the accuracy is kept over the workspace, by the robot as it is in the end."""
+        actual = self.actual
+        if self.kind == "slip":  # what its sensors show now
+            parameters = np.array(actual.parameters)
+            names = actual.parameter_names
+            gain = parameters[1, names.index("sensor_gain")]
+            parameters[1, names.index("sensor_offset")] -= gain * self.slip
+            actual = actual.with_parameters(parameters, symmetry=None)
+        readings = self.robot.inverse_kinematics(self.sample)
+        taken = actual.forward_kinematics(readings, self.sample)[0]
+        there = np.isfinite(taken).all(axis=1)
+        truth = Measurements.of(taken[there], readings[there], pose_space=actual.pose_space)
+        error = symkin.evaluate(model, measurements=truth)
+        return bool(error.position_rms <= self.case.accuracy)
+
+
+def session_of(trial: Trial, seed: int, candidates: int) -> dict[str, float]:
     """One session; what came of it."""
-    tolerances = vars(robot.tolerances)
-    drawn = robot
-    if kind == "tolerances":
-        drawn = robot.replace(tolerances=Tolerances(**{k: 3 * v for k, v in tolerances.items()}))
-    actual = disturb(drawn, seed)
-    device = SimulatedDevice(robot, seed, actual, lost=0.1 if kind == "failures" else 0.0)
-    session = robot.measure(accuracy, candidates=candidates, seed=seed)
-    sample = robot.sample_workspace(1000, seed=1).poses
-    direction = np.random.default_rng(seed).normal(size=robot.space.size)
-    along = sample[:, : robot.space.size] @ direction
-    hidden = np.quantile(along, 0.85) if kind == "region" else np.inf
-    slip = 5 * max(robot.noise.reading, robot.noise.orientation)
-    column = next(name for name in session.columns if name.startswith("psi_2"))
-    counts = {"tries": 0, "alarms": 0, "found": np.nan, "asked": 0}
+    case = trial.case
+    session = trial.robot.measure(
+        case.accuracy, candidates=candidates, seed=seed, observe=case.observe, **case.unknowns
+    )
+    counts = {"tries": 0, "alarms": 0, "found": np.nan}
     waited = []
     for ask in session:
         counts["tries"] += 1
         if counts["tries"] > MOST:
             break
-        counts["asked"] += 1
-        found = device(ask)
-        if ask.pose[: robot.space.size] @ direction > hidden:
-            found = "occluded"
+        found = trial.at(ask.pose, ask.readings, session.progress.rows + 1)
         begin = time.perf_counter()
         if isinstance(found, str):
             session.fail(found)
             if session.suggests_avoiding:
                 session.avoid()
         else:
-            slipped = kind == "slip" and session.progress.rows + 1 >= SLIPS_AT
-            session.add(found | {column: found[column] + slip * slipped})
+            session.add(found)
             verdict = session.resolve()
             counts["alarms"] += not verdict.fine
             if verdict.slipped is not None and np.isnan(counts["found"]):
                 counts["found"] = session.progress.rows - SLIPS_AT + 1
         waited.append(time.perf_counter() - begin)
-    if kind == "slip":  # which the robot keeps: what its sensors show now
-        parameters = np.array(actual.parameters)
-        names = actual.parameter_names
-        gain = parameters[1, names.index("sensor_gain")]
-        parameters[1, names.index("sensor_offset")] -= gain * slip
-        actual = actual.with_parameters(parameters, symmetry=None)
-    met = False
-    if session.estimate is not None and session.progress.reached:
-        error = symkin.evaluate(session.estimate.mechanism, actual=actual, poses=sample)
-        met = error.position_rms <= accuracy
+    reached = session.estimate is not None and session.progress.reached
     return counts | {
         "rows": session.progress.rows,
-        "met": met,
-        "reached": session.progress.reached,
+        "met": reached and trial.keeps(session.estimate.mechanism),
+        "reached": reached,
         "alarmed": counts["alarms"] > 0,
         "seconds": float(np.median(waited)),
     }
 
 
+def plan_of(robot: symkin.Robot, case: Case) -> symkin.Plan:
+    """As many poses as are enough, with as many spares."""
+    sample = robot.sample_workspace(3000, seed=1)
+    asked = {"observe": case.observe, "estimator": "joint", "design": "mechanism"}
+    curve = symkin.pose_count_curve(robot, sample, [24], **asked, **case.unknowns)
+    needed = curve.for_accuracy(case.accuracy).tried
+    del asked["estimator"]
+    return symkin.make_plan(robot, sample, needed, spares=needed, **asked, **case.unknowns)
+
+
+def batch_of(trial: Trial, plan: symkin.Plan) -> dict[str, float]:
+    """The same by a plan that was made beforehand."""
+    rows: list[dict[str, float]] = []
+    tries, wanted = 0, int(np.sum(~plan.spare))
+    for pose, readings in zip(plan.poses, plan.readings, strict=True):
+        if len(rows) == wanted:
+            break
+        tries += 1
+        found = trial.at(pose, readings, len(rows) + 1)
+        if not isinstance(found, str):
+            rows.append(found)
+    table = {name: [row[name] for row in rows] for name in rows[0]}
+    measured = symkin.read_measurements(table, trial.robot)
+    found = symkin.identify(trial.robot, measured, "joint", **trial.case.unknowns)
+    return {"tries": tries, "rows": len(rows), "met": trial.keeps(found.mechanism)}
+
+
 def main() -> None:
+    """Print a line for each robot and each thing that goes wrong."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--robot", default="3RRR")
-    parser.add_argument("--accuracy", type=float, default=1e-4, help="m")
+    parser.add_argument("robots", nargs="*", default=["3RRR"], choices=[*CASES])
     parser.add_argument("--sessions", type=int, default=40)
     parser.add_argument("--candidates", type=int, default=500)
     parser.add_argument("--kinds", nargs="*", default=KINDS, choices=KINDS)
     given = parser.parse_args()
-    robot = symkin.load(given.robot)
-    print(f"{given.robot}, {given.sessions} sessions each, accuracy {1e3 * given.accuracy:g} mm")
-    print("                  rows  tries  reached    met  alarmed  found after  seconds a row")
-    for kind in given.kinds:
-        found = [
-            session_of(kind, robot, seed, given.accuracy, given.candidates)
-            for seed in range(1, given.sessions + 1)
-        ]
-        mean = {name: np.nanmean([each[name] for each in found]) for name in found[0]
-                if name != "found"}  # fmt: skip
-        delays = [each["found"] for each in found if np.isfinite(each["found"])]
-        after = f"{np.median(delays):.0f} ({len(delays)})" if delays else "-"
+    for name in given.robots:
+        robot, case = symkin.load(name), CASES[name]
+        plan = plan_of(robot, case)
+        print(f"{name}, {given.sessions} sessions each, accuracy {1e3 * case.accuracy:g} mm")
         print(
-            f"{kind:15s} {mean['rows']:6.1f} {mean['tries']:6.1f} {mean['reached']:8.0%} "
-            f"{mean['met']:6.0%} {mean['alarmed']:8.0%} {after:>12s} {mean['seconds']:14.2f}",
-            flush=True,
+            "             rows  tries  reached    met  alarmed  found after  seconds a row | "
+            "batch: rows  tries    met"
         )
+        for kind in given.kinds:
+            guided, batch = [], []
+            for seed in range(1, given.sessions + 1):
+                guided.append(session_of(Trial(kind, robot, case, seed), seed, given.candidates))
+                batch.append(batch_of(Trial(kind, robot, case, seed), plan))
+            print(line_of(kind, guided, batch), flush=True)
+
+
+def line_of(kind: str, guided: list[dict[str, float]], batch: list[dict[str, float]]) -> str:
+    """Means of the sessions, and of the plans beside them."""
+
+    def means(found: list[dict[str, float]]) -> dict[str, float]:
+        return {
+            name: float(np.mean([each[name] for each in found])) for name in found[0]
+            if name != "found"
+        }  # fmt: skip
+
+    own, other = means(guided), means(batch)
+    delays = [each["found"] for each in guided if np.isfinite(each["found"])]
+    after = f"{np.median(delays):.0f} ({len(delays)})" if delays else "-"
+    return (
+        f"{kind:10s} {own['rows']:6.1f} {own['tries']:6.1f} {own['reached']:8.0%} "
+        f"{own['met']:6.0%} "
+        f"{own['alarmed']:8.0%} {after:>12s} {own['seconds']:14.2f} | {other['rows']:11.1f} "
+        f"{other['tries']:6.1f} {other['met']:6.0%}"
+    )
 
 
 if __name__ == "__main__":
