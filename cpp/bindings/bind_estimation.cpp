@@ -137,12 +137,14 @@ void bind_simulation(py::module_& module) {
         return Sets(static_cast<symkin::Index>(self.leg_sets.size()), self.leg_sets.data());
       });
   py::class_<PoseSet>(module, "PoseSet")
-      .def(py::init([](symkin::Index leg, symkin::RowMatrix poses, symkin::Index wanted) {
-             return PoseSet{leg, std::move(poses), wanted};
+      .def(py::init([](symkin::Index leg, symkin::RowMatrix poses, symkin::Index wanted,
+                       symkin::Index together) {
+             return PoseSet{leg, std::move(poses), wanted, together};
            }),
-           py::arg("leg"), py::arg("poses"), py::arg("wanted"));
+           py::arg("leg"), py::arg("poses"), py::arg("wanted"), py::arg("together") = 1);
   py::class_<Simulation>(module, "Simulation")
       .def_readonly("measurements", &Simulation::measurements)
+      .def_readonly("rows", &Simulation::rows)
       .def_readonly("replaced", &Simulation::replaced);
   module.def("disturb", &symkin::disturb, py::arg("nominal"), py::arg("tolerances"),
              py::arg("seed"));
@@ -288,6 +290,8 @@ void bind_joint(py::module_& module) {
             setup.curvature = curvature;
             setup.base = base;
             setup.target = target;
+            setup.base_drawn = base.rotation;
+            setup.target_drawn = target.rotation;
             setup.points = points;
             setup.anchors = anchors;
             setup.plane.head<3>() = plane.head<3>();
@@ -327,7 +331,15 @@ void bind_joint(py::module_& module) {
                              })
       .def_readonly("leg_slopes", &Setup::leg_slopes)
       .def_readonly("base_covariates", &Setup::base_covariates)
-      .def_readonly("base_slopes", &Setup::base_slopes);
+      .def_readonly("base_slopes", &Setup::base_slopes)
+      .def(
+          "drawn_as",
+          [](Setup setup, const Setup& other) {
+            setup.base_drawn = other.base_drawn;
+            setup.target_drawn = other.target_drawn;
+            return setup;
+          },
+          py::arg("other"));
   module.def("unknown_names", &symkin::unknown_names, py::arg("mechanism"), py::arg("setup"));
 
   py::class_<Observed>(module, "Observed")

@@ -701,7 +701,7 @@ class PoseErrors:
     def position_rms(self) -> float:
         ...
 class PoseSet:
-    def __init__(self, leg: typing.SupportsInt | typing.SupportsIndex, poses: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], wanted: typing.SupportsInt | typing.SupportsIndex) -> None:
+    def __init__(self, leg: typing.SupportsInt | typing.SupportsIndex, poses: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], wanted: typing.SupportsInt | typing.SupportsIndex, together: typing.SupportsInt | typing.SupportsIndex = 1) -> None:
         ...
 class PoseUse(enum.Enum):
     all = 0
@@ -894,6 +894,8 @@ class SelectionOptions:
 class Setup:
     def __init__(self, mechanism: Mechanism, curvature: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], base: Frame, target: Frame, points: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], anchors: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], plane: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], leg_covariates: collections.abc.Sequence[tuple[str, bool]] = [], leg_slopes: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] = ..., base_covariates: collections.abc.Sequence[str] = [], base_slopes: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] = ..., zeros: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"] = ...) -> None:
         ...
+    def drawn_as(self, other: Setup) -> Setup:
+        ...
     @property
     def anchors(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
         ...
@@ -939,6 +941,9 @@ class Simulation:
         ...
     @property
     def replaced(self) -> list[int]:
+        ...
+    @property
+    def rows(self) -> list[int]:
         ...
 class SingularityMeasures:
     @property

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "symkin/estimation/simulation.hpp"
 
+#include <algorithm>
+#include <numeric>
 #include <string>
 
 #include "symkin/kinematics/forward_kinematics.hpp"
@@ -71,16 +73,27 @@ void check_set(const Mechanism& mechanism, const PoseSet& set, std::size_t numbe
     throw InvalidInput(where + " wants " + std::to_string(set.wanted) + " poses; expected 0 to " +
                        std::to_string(set.poses.rows()) + ", its number of poses");
   }
+  if (set.together < 1 || set.wanted % set.together != 0 || set.poses.rows() % set.together != 0) {
+    throw InvalidInput(where + " wants " + std::to_string(set.wanted) + " of " +
+                       std::to_string(set.poses.rows()) + " poses, of which " +
+                       std::to_string(set.together) + " are together; expected a multiple of that");
+  }
 }
 
 // Rows of the set that can be measured: the wanted ones, failed ones replaced by spares.
 std::vector<Index> measurable(const PoseSet& set, const ForwardKinematicsResult& taken,
                               const RowMatrix& readings, std::size_t number) {
   std::vector<Index> rows;
-  for (Index i = 0; i < set.poses.rows() && static_cast<Index>(rows.size()) < set.wanted; ++i) {
-    if (taken.status[static_cast<std::size_t>(i)] == ForwardStatus::converged &&
-        readings.row(i).allFinite()) {
-      rows.push_back(i);
+  const auto can_be = [&](Index i) {
+    return taken.status[static_cast<std::size_t>(i)] == ForwardStatus::converged &&
+           readings.row(i).allFinite();
+  };
+  for (Index i = 0; i < set.poses.rows() && static_cast<Index>(rows.size()) < set.wanted;
+       i += set.together) {
+    std::vector<Index> group(static_cast<std::size_t>(set.together));
+    std::iota(group.begin(), group.end(), i);
+    if (std::all_of(group.begin(), group.end(), can_be)) {
+      rows.insert(rows.end(), group.begin(), group.end());
     }
   }
   if (static_cast<Index>(rows.size()) < set.wanted) {
@@ -133,6 +146,7 @@ Simulation simulate(const Mechanism& actual, const Mechanism& model,
       measured.poses.row(next) = taken.poses.row(row);
       measured.readings.row(next) = readings.row(row);
       measured.leg_sets.push_back(set.leg);
+      result.rows.push_back(row);
       replaced += row >= set.wanted ? 1 : 0;
       ++next;
     }

@@ -28,8 +28,12 @@ struct Setup {
   RowMatrix curvature;   // legs x 3, see CurvedSensor
   Frame base;            // the robot's base in the frame of the measuring device
   Frame target;          // what the device measures the pose of, in the platform's frame
-  RowMatrix points;      // n x 3, further targets in the platform's frame, metres
-  RowMatrix anchors;     // n x 3, fixed points that distances are measured from, device's frame
+  // Where both are turned by the drawing: where a part of a rotation is held, it is in the rotation
+  // vector from here.
+  Eigen::Matrix3d base_drawn = Eigen::Matrix3d::Identity();
+  Eigen::Matrix3d target_drawn = Eigen::Matrix3d::Identity();
+  RowMatrix points;   // n x 3, further targets in the platform's frame, metres
+  RowMatrix anchors;  // n x 3, fixed points that distances are measured from, device's frame
   // (c0, c1, c2, bow) of the bed z = c0 + c1 x + c2 y + bow (x^2 + y^2) / radius^2 of the base
   // frame that a probe touches.
   Eigen::Vector4d plane = Eigen::Vector4d::Zero();

@@ -26,7 +26,12 @@ from symkin.estimate.starting import setup_by_points, starting_poses
 from symkin.estimate.unknowns import Layout
 from symkin.model.core_setup import core_setup, setup_with
 from symkin.model.mechanism import Mechanism
-from symkin.model.poses import POSE_SPACES, Transform, rotations_from_vectors
+from symkin.model.poses import (
+    POSE_SPACES,
+    Transform,
+    rotations_from_vectors,
+    vectors_from_rotations,
+)
 from symkin.model.settings import Frames, NoiseSettings
 from symkin.values import Value, record
 
@@ -281,7 +286,34 @@ class Problem:
                 f"the frames cannot be found from these measurements: {error}; say where they are "
                 "nominally, in the [frames] of the mechanism's file"
             ) from error
-        return dataclasses.replace(self, setup=setup)
+        return dataclasses.replace(self, setup=self._as_held(setup))
+
+    def _as_held(self, setup: _core.Setup) -> _core.Setup:
+        """A setup with what is held of its frames as drawn, where only a part of one is free."""
+        moves = self.layout.column >= 0
+        moves[[scalar for scalar, *_ in self.layout.ties]] = True
+        scalars, made = np.array(self.layout.scalars), {}
+        for block in ("base", "target"):
+            # Of the six that a frame has those that there are, as names say.
+            own = [f"{block}.{axis}" for axis in ("x", "y", "z", "rx", "ry", "rz")]
+            own[5] = f"{block}.phi" if f"{block}.phi" in scalars else own[5]
+            held = np.array([bool((~moves & (scalars == name)).any()) for name in own])
+            there = np.isin(own, scalars)
+            if not held.any() or held[there].all():
+                continue
+            drawn, found = (
+                Transform(each.rotation, each.position)
+                for each in (getattr(self.setup, block), getattr(setup, block))
+            )
+            turn = vectors_from_rotations((found.rotation @ drawn.rotation.T)[None])[0]
+            turn = rotations_from_vectors(np.where(held[3:], 0.0, turn)[None])[0]
+            place = np.where(held[:3], drawn.translation, found.translation)
+            made[block] = _core.Frame(place, turn @ drawn.rotation)
+        if not made:
+            return setup
+        return setup_with(
+            setup, self.mechanism.straight, base=made.get("base"), target=made.get("target")
+        )
 
     def _with_edge(self) -> Problem:
         """Start where the nominal robot's poses put a straightedge."""

@@ -81,7 +81,7 @@ def setup_with(
         setup.base_covariates,
         np.array(setup.base_slopes if base_slopes is None else base_slopes),
         np.array(setup.zeros),
-    )
+    ).drawn_as(setup)
 
 
 def frames_of(mechanism: Mechanism, setup: _core.Setup) -> Frames:

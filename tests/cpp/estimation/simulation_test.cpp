@@ -41,6 +41,24 @@ TEST(Simulation, ReplacesWhatTheActualMechanismCannotTakeAndCountsIt) {
   EXPECT_TRUE(simulation.measurements.poses.allFinite());
 }
 
+TEST(Simulation, ReplacesAPairOfWhichOnePoseCannotBeTaken) {
+  const Mechanism nominal = testing::paper_3rrr();
+  PoseSet set = some_poses(nominal, 6, 4);
+  set.together = 2;
+  const Simulation whole = simulate(nominal, nominal, {set}, kNoise, 1);
+  set.poses.row(3) << 0.9, 0.8, 0;  // beyond every leg's reach
+  set.poses.row(6) = set.poses.row(3);
+  const Simulation simulation = simulate(nominal, nominal, {set}, kNoise, 1);
+  EXPECT_EQ(simulation.replaced, std::vector<Index>{2});
+  const auto poses = [](const Simulation& of, Index row) {
+    return of.measurements.readings.row(row);
+  };
+  EXPECT_NEAR((poses(simulation, 0) - poses(whole, 0)).norm(), 0, 1e-12);
+  EXPECT_NEAR((poses(simulation, 2) - poses(whole, 4)).norm(), 0, 1e-2);  // noise of their own
+  set.wanted = 5;
+  EXPECT_THROW(simulate(nominal, nominal, {set}, kNoise, 1), InvalidInput);
+}
+
 TEST(Simulation, SaysThatASetHasTooFewSpares) {
   const Mechanism nominal = testing::paper_3rrr();
   PoseSet set = some_poses(nominal, 30, 0);

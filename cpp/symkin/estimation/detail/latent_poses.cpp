@@ -34,14 +34,13 @@ LatentPoses::LatentPoses(const Mechanism& mechanism, const Observations& observa
       }
     }
   }
-  std::vector<Index> scalars;      // of the columns
   const Index own = list_.leg(1);  // before the slopes
   if (observations.leg_covariates.cols() > 0) {
     width_ = own + setup.leg_slopes.cols();
   }
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
     for (Index i = 0; i < width_; ++i) {
-      scalars.push_back(i < own ? list_.leg(leg) + i : list_.leg_slope(leg) + i - own);
+      free_.push_back(i < own ? list_.leg(leg) + i : list_.leg_slope(leg) + i - own);
     }
   }
   for (Index scalar = list_.base(); scalar < list_.size(); ++scalar) {
@@ -49,28 +48,15 @@ LatentPoses::LatentPoses(const Mechanism& mechanism, const Observations& observa
     const bool free = !of_leg && layout.is_free(scalar);
     shared_of_.push_back(free ? shared_++ : -1);
     if (free) {
-      scalars.push_back(scalar);
+      free_.push_back(scalar);
       const bool single = scalar >= list_.point(0) && scalar < list_.base_slope(0);
       directions_ = std::max(directions_, single ? factors::kBase : factors::kDirections);
     }
   }
-  for (const Index scalar : scalars) {
+  for (const Index scalar : free_) {
     columns_.push_back(column(scalar));
   }
-  if (!layout.ties.empty()) {
-    by_columns_.setZero(static_cast<Index>(scalars.size()), column_count_);
-    for (Index i = 0; i < by_columns_.rows(); ++i) {
-      const Index scalar = scalars[at_index(i)];
-      if (column(scalar) >= 0) {
-        by_columns_(i, column(scalar)) = 1;
-      }
-      for (const Tie& tie : layout.ties) {
-        if (tie.scalar == scalar) {
-          by_columns_(i, tie.column) += tie.factor;
-        }
-      }
-    }
-  }
+  tie(layout);
   plan_ = planned_rows(mechanism, observations, setup, directions_ < factors::kDirections);
   const Index lanes = latent_kernels().lanes;
   const Index packs = (observations.count() + lanes - 1) / lanes;
@@ -80,6 +66,24 @@ LatentPoses::LatentPoses(const Mechanism& mechanism, const Observations& observa
   room_.setZero(packs * places_.size * lanes);  // rows that no pose has stay so
   chi_squares_.setZero(observations.count());
   clear_.setZero(observations.count());
+}
+
+void LatentPoses::tie(const Layout& layout) {
+  if (layout.ties.empty()) {
+    return;
+  }
+  by_columns_.setZero(static_cast<Index>(free_.size()), column_count_);
+  for (Index i = 0; i < by_columns_.rows(); ++i) {
+    const Index column = columns_[at_index(i)];
+    if (column >= 0) {
+      by_columns_(i, column) = 1;
+    }
+    for (const Tie& tie : layout.ties) {
+      if (tie.scalar == free_[at_index(i)]) {
+        by_columns_(i, tie.column) += tie.factor;
+      }
+    }
+  }
 }
 
 Index LatentPoses::count(Index pose) const {

@@ -30,6 +30,8 @@ class LatentPoses {
   LatentPoses(const Mechanism& mechanism, const Observations& observations, const Layout& layout,
               const Setup& setup);
 
+  // Takes the layout's ties, of the same scalars as before.
+  void tie(const Layout& layout);
   // At a setup, poses (N x coordinates) and errors of the readings (N x legs); poses that are set
   // aside have rows of no meaning.
   void eliminate(const Setup& setup, const RowMatrix& poses, const RowMatrix& errors,
@@ -66,7 +68,8 @@ class LatentPoses {
   // Scalars of a leg that may be free: no curvature where it is held, no slopes without covariates.
   Index width_;
   bool curved_ = false;         // whether some curvature is free
-  std::vector<Index> columns_;  // of the legs' scalars and of the shared
+  std::vector<Index> free_;     // scalars of the legs and the shared ones
+  std::vector<Index> columns_;  // of these
   // How those move with the columns, where any is tied; empty: each with its own alone.
   RowMatrix by_columns_;
   std::vector<Index> shared_of_;  // see LatentRows

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <tuple>
 #include <utility>
 
 #include "symkin/support/dense.hpp"
@@ -32,7 +33,8 @@ LatentProblem::LatentProblem(const Mechanism& mechanism, const Observations& obs
       aside_(std::move(aside)),
       blocks_(observations, aside_),
       constraints_(0, layout.columns()),
-      now_{LatentPoses(mechanism, observations, layout, setup), {}, {}, {}, {}, {}, 0, {}},
+      turns_(turns_of(mechanism.pose_space(), setup, layout_)),
+      now_{LatentPoses(mechanism, observations, layout_, setup), {}, {}, {}, {}, {}, 0, {}},
       length_(longest_length(mechanism, setup)),
       sizes_(Vector::Zero(layout.columns())) {
   const Vector sizes = natural_sizes(mechanism, setup);
@@ -46,24 +48,47 @@ LatentProblem::LatentProblem(const Mechanism& mechanism, const Observations& obs
   state_.change = Vector::Zero(layout.columns());
   state_.errors = RowMatrix::Zero(poses.rows(), mechanism.leg_count());
   state_.poses = std::move(poses);
-  find_turns();
+  tie_turns();
 }
 
-void LatentProblem::find_turns() {
-  const UnknownList list(state_.setup);
-  if (frame_slots(mechanism_.pose_space()).size() < 6) {
-    return;  // of one angle, which is a sum
+std::vector<LatentProblem::Turn> LatentProblem::turns_of(PoseSpace space, const Setup& setup,
+                                                         Layout& layout) {
+  const UnknownList list(setup);
+  const auto& slots = frame_slots(space);
+  std::vector<Turn> turns;
+  if (std::find(slots.begin(), slots.end(), Index{3}) == slots.end()) {
+    return turns;  // of one angle, which is a sum
   }
-  for (const auto& [first, frame] :
-       {std::pair{list.base(), &Setup::base}, std::pair{list.target(), &Setup::target}}) {
-    Turn turn{{}, frame, (state_.setup.*frame).rotation};
-    for (std::size_t i = 0; i < 3; ++i) {
-      turn.columns[i] = layout_.column[static_cast<std::size_t>(first) + 3 + i];
+  for (const auto& [first, frame, drawn] :
+       {std::tuple{list.base(), &Setup::base, &Setup::base_drawn},
+        std::tuple{list.target(), &Setup::target, &Setup::target_drawn}}) {
+    Turn turn{{}, {}, {}, first + 3, frame, (setup.*frame).rotation, Eigen::Vector3d::Zero()};
+    bool tied = false;
+    for (Index i = 0; i < 3; ++i) {
+      const Index column = layout.column[static_cast<std::size_t>(turn.first + i)];
+      if (column >= 0) {
+        turn.free.push_back(i);
+        turn.columns.push_back(column);
+      } else {
+        tied = tied || layout.is_free(turn.first + i);
+        turn.held.push_back(i);
+      }
     }
-    if (std::all_of(turn.columns.begin(), turn.columns.end(), [](Index i) { return i >= 0; })) {
-      turns_.push_back(turn);
+    if (turn.free.empty() || tied) {
+      continue;
     }
+    if (!turn.held.empty()) {
+      turn.start = rotation_vector((setup.*frame).rotation * (setup.*drawn).transpose());
+      turn.since = setup.*drawn;
+    }
+    for (const Index held : turn.held) {
+      for (const Index column : turn.columns) {
+        layout.ties.push_back({turn.first + held, column, 0});
+      }
+    }
+    turns.push_back(std::move(turn));
   }
+  return turns;
 }
 
 bool LatentProblem::turns_have_priors() const {
@@ -72,11 +97,41 @@ bool LatentProblem::turns_have_priors() const {
   });
 }
 
+Eigen::Vector3d LatentProblem::turned(const Turn& turn) const {
+  Eigen::Vector3d w = turn.start;
+  w(turn.free) += state_.change(turn.columns);
+  return w;
+}
+
+RowMatrix LatentProblem::by_step(const Turn& turn) const {
+  const RowMatrix jacobian = left_jacobian(turned(turn))(turn.free, turn.free);
+  return jacobian.inverse();
+}
+
+void LatentProblem::tie_turns() {
+  for (const Turn& turn : turns_) {
+    if (turn.held.empty()) {
+      continue;
+    }
+    const Eigen::Matrix3d jacobian = left_jacobian(turned(turn));
+    const RowMatrix factors = jacobian(turn.held, turn.free) * by_step(turn);
+    for (Tie& tie : layout_.ties) {
+      for (std::size_t i = 0; i < turn.held.size(); ++i) {
+        for (std::size_t j = 0; j < turn.free.size(); ++j) {
+          if (tie.scalar == turn.first + turn.held[i] && tie.column == turn.columns[j]) {
+            tie.factor = factors(static_cast<Index>(i), static_cast<Index>(j));
+          }
+        }
+      }
+    }
+    now_.rows.tie(layout_);
+  }
+}
+
 RowMatrix LatentProblem::by_steps(RowMatrix rows) const {
   for (const Turn& turn : turns_) {
-    const Eigen::Vector3d w = state_.change(turn.columns);
     const RowMatrix by_change = rows(kAll, turn.columns);
-    rows(kAll, turn.columns) = by_change * left_jacobian(w).inverse();
+    rows(kAll, turn.columns) = by_change * by_step(turn);
   }
   return rows;
 }
@@ -278,9 +333,16 @@ void LatentProblem::step(const Vector& d) {
   state_.setup = moved(state_.setup, layout_, d);
   state_.change += d;
   for (const Turn& turn : turns_) {
-    const Eigen::Matrix3d turned = (state_.setup.*turn.frame).rotation * turn.start.transpose();
-    state_.change(turn.columns) = rotation_vector(turned);
+    Eigen::Matrix3d& rotation = (state_.setup.*turn.frame).rotation;
+    if (turn.held.empty()) {
+      state_.change(turn.columns) = rotation_vector(rotation * turn.since.transpose());
+      continue;
+    }
+    state_.change(turn.columns) = saved_.change(turn.columns);
+    state_.change(turn.columns) += by_step(turn) * d(turn.columns);
+    rotation = rotation_of(turned(turn)) * turn.since;
   }
+  tie_turns();
 }
 
 void LatentProblem::correct(const Vector& d) {
@@ -291,6 +353,7 @@ void LatentProblem::correct(const Vector& d) {
 
 void LatentProblem::undo() {
   state_ = saved_;
+  tie_turns();
   // Steps that fail are rare: what they cost is less than to keep two linearisations.
   NormalEquations again;
   linearise(again);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <array>
 #include <limits>
 #include <vector>
 
@@ -79,15 +78,27 @@ class LatentProblem {
   static constexpr double kStill = 1e-11;
   static constexpr double kRounding = 1e-8;
 
-  // A frame all of whose rotation is free. A step turns it by R <- exp([d]) R, and of several
-  // steps d is no sum: the change that priors and constraints are of is w of R = exp([w]) R_start.
+  // A frame whose rotation is free, or a part of it. A step turns it by R <- exp([d]) R, and of
+  // several steps d is no sum: the change that priors and constraints are of is w of
+  // R = exp([w]) R_start. Where a part is held, w is of R = exp([w]) R_drawn, and the change is
+  // that of its free components; the others stay as they are, so that a step takes them with it: d
+  // = J(w) dw, of which the held are J_hf J_ff^-1 times the free.
   struct Turn {
-    std::array<Index, 3> columns;
+    std::vector<Index> free, columns;  // axes that are, and their columns
+    std::vector<Index> held;
+    Index first;  // scalar of the axes
     Frame Setup::*frame;
-    Eigen::Matrix3d start;
+    Eigen::Matrix3d since;  // R_start or R_drawn
+    Eigen::Vector3d start;  // w there
   };
-  void find_turns();
+  // Of a layout, to which they add ties of what is held.
+  static std::vector<Turn> turns_of(PoseSpace space, const Setup& setup, Layout& layout);
   bool turns_have_priors() const;
+  // w, and J_ff^-1 of it.
+  Eigen::Vector3d turned(const Turn& turn) const;
+  RowMatrix by_step(const Turn& turn) const;
+  // Ties what is held of rotations to what is free, at the present state.
+  void tie_turns();
   // Rows of the change as rows of a step from the present state.
   RowMatrix by_steps(RowMatrix rows) const;
 
@@ -114,7 +125,7 @@ class LatentProblem {
 
   const Mechanism& mechanism_;
   const Observations& observations_;
-  const Layout& layout_;
+  Layout layout_;  // with ties of what is held of rotations
   BlockLosses losses_{RobustLoss{}};
   std::vector<bool> aside_;
   PoseBlocks blocks_;
