@@ -5,11 +5,12 @@ from __future__ import annotations
 
 import copy
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from symkin.analysis.reflectors import motions_of, turning
+from symkin.analysis.reflectors import in_three, is_tracked, motions_of, turning
 from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError
 from symkin.model.framing import framed
@@ -30,10 +31,16 @@ Array = NDArray[np.float64]
 
 
 class Tested:
-    """Commanded and attained poses, row by row, in the device's frame."""
+    """Commanded and attained poses, row by row, in the device's frame.
+
+    Where points of the platform were measured instead, each of them is a position of its own.
+    """
 
     def __init__(self, model: Mechanism, table: Measurements, noise: NoiseSettings) -> None:
         space = model.space
+        points = None
+        if is_tracked(table):
+            table, points = _by_points(model, table)
         read = np.isfinite(table.readings).all(axis=1)
         place = np.isfinite(table.poses[:, : space.size]).all(axis=1) & space.moves
         turn = np.isfinite(table.poses[:, space.size :]).all(axis=1) & space.turns
@@ -54,7 +61,8 @@ class Tested:
         self.model, self.noise = model, noise
         self.table = table.subset(kept[taken])
         self.own = poses[taken]
-        self.commanded = framed(model, self.own)
+        self._points = None if points is None else points[kept[taken]]
+        self.commanded = self._framed(self.own)
         self.numbers = self.table.row_numbers
         self.errors = self._errors()
 
@@ -70,7 +78,11 @@ class Tested:
         """Coordinates of which distances mean something: rotations at the characteristic length."""
         scale = np.ones(self.model.space.dof)
         scale[self.model.space.size :] = length
-        return np.asarray(self.coordinates * scale)
+        coordinates = self.coordinates.copy()
+        if self._points is not None:  # of which every one is somewhere else
+            there = transforms(self.model.pose_space, self.commanded).translation
+            coordinates[:, : self.model.space.size] = there[:, : self.model.space.size]
+        return np.asarray(coordinates * scale)
 
     def part(self, kind: str) -> Array:
         """Errors of the position or of the orientation; NaN where it was not measured."""
@@ -126,13 +138,22 @@ class Tested:
         poses, taken = model.forward_kinematics(self.table.readings)
         if not taken.all():
             return {"position": math.nan, "orientation": math.nan}
-        other = self._commanding(framed(self.model, poses))
+        other = self._commanding(self._framed(poses))
         found = {}
         for kind in ("position", "orientation"):
             part = other.part(kind)
             known = part[np.isfinite(part).all(axis=1)] if part.size else part
             found[kind] = float(np.sqrt(np.sum(known**2) / len(known))) if known.size else math.nan
         return found
+
+    def _framed(self, poses: Array) -> Array:
+        """Poses of the platform as those of the target, or of the points, in the device's frame."""
+        if self._points is None:
+            return framed(self.model, poses)
+        name, frames = self.model.pose_space, self.model.frames
+        still = np.broadcast_to(STAYS.rotation, (len(poses), 3, 3))
+        base = frame(name, frames.base if frames else ())
+        return poses_of(name, base @ transforms(name, poses) @ Transform(still, self._points))
 
     def _commanding(self, commanded: Array) -> Tested:
         """The same measurements, of other commanded poses."""
@@ -169,8 +190,12 @@ class Tested:
         by_readings = np.linalg.pinv(model.pose_jacobian(self.own))
         moves = np.zeros((len(self.own), 6, by_readings.shape[2]))
         moves[:, model.space.components] = by_readings
-        target = frame(model.pose_space, (model.frames.target if model.frames else ()))
-        arms = transforms(model.pose_space, self.own).rotation @ target.translation
+        target = frame(model.pose_space, (model.frames.target if model.frames else ())).translation
+        places = (
+            np.broadcast_to(target, (len(self.own), 3)) if self._points is None else self._points
+        )
+        turned = transforms(model.pose_space, self.own).rotation
+        arms = np.einsum("nij,nj->ni", turned, places)
         moves[:, :3] += np.cross(moves[:, 3:], arms[:, :, None], axis=1)
         squares = np.einsum("nij,nj->ni", moves**2, variances)
         # Along other axes in the device's frame, but as large together.
@@ -180,3 +205,38 @@ class Tested:
             if shown:
                 squares[:, shown] = squares[:, shown].mean(axis=1, keepdims=True)
         return np.asarray(squares[:, model.space.components])
+
+
+def _by_points(model: Mechanism, table: Measurements) -> tuple[Measurements, Array]:
+    """A table whose rows are the points that were seen, and where they are on the platform."""
+    assert table.points is not None
+    places = model.frames.points if model.frames else ()
+    if len(places) < table.points.shape[1] or not all(places):
+        raise SymkinError(
+            f"{table.points.shape[1]} points were measured, of which the mechanism does not say "
+            "where they are on the platform; expected points in its [frames], as calibrated.toml "
+            "has them"
+        )
+    size = model.space.size
+    rows, which = np.nonzero(np.isfinite(table.points).all(axis=2))
+    poses = np.full((len(rows), table.poses.shape[1]), np.nan)
+    poses[:, :size] = table.points[rows, which]
+    observed: dict[str, Any] = {}
+    if table.point_deviations is not None:
+        own = np.full((len(rows), model.space.dof), np.nan)
+        own[:, :size] = table.point_deviations[rows, which]
+        observed["pose_deviations"] = own
+    if table.reading_deviations is not None:
+        observed["reading_deviations"] = table.reading_deviations[rows]
+    made = Measurements(
+        poses,
+        table.readings[rows],
+        table.leg_sets[rows],
+        table.row_numbers[rows],
+        reading_unit=table.reading_unit,
+        pose_space=table.pose_space,
+        sensor_table=table.sensor_table,
+        source=table.source,
+        **observed,
+    )
+    return made, in_three(np.array(places))[which]

@@ -135,9 +135,10 @@ def motions_of(seen: Array, body: Array, space: PoseSpace) -> Transform:
         moments = np.einsum("nik,nil->nkl", (filled - middle[:, None]) * shown[:, :, None], own)
         sizes = np.linalg.svd(own, compute_uv=False)
         extent = max(float(np.linalg.norm(body - body.mean(axis=0), axis=1).max()), 1e-300)
-        known = sizes[:, 1 if space.in_space else 0] > _IN_LINE * extent
         if own.shape[1] < (3 if space.in_space else 2):
-            known[:] = False
+            known = np.zeros(len(seen), dtype=np.bool_)
+        else:
+            known = sizes[:, 1 if space.in_space else 0] > _IN_LINE * extent
         for row in np.flatnonzero(known):
             turn = moments[row] if space.in_space else in_plane(moments[row])
             rotation[row] = nearest_rotation(turn)

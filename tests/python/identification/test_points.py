@@ -112,6 +112,16 @@ def test_rows_held_out_are_accepted_where_chi_square_rises_by_their_degrees(
     degrees = joined.degrees_of_freedom - found.degrees_of_freedom
     assert degrees == 20 * 9
     assert abs(rise - degrees) < 4 * np.sqrt(2 * degrees)
+    later = tracked[1][40:]
+    accepted = symkin.accept(found, later, 3 * found.expected.position)
+    assert accepted.verdict == "pass"
+    (judged,) = accepted.judged
+    # Every point is a position, and what the device cannot tell is a part of the error.
+    away = symkin.accept(found.mechanism, later, 1e-5, frames=["base"])
+    assert away.verdict == "fail"
+    assert away.judged[0].limits.observed == pytest.approx(judged.limits.observed, rel=0.3)
+    with pytest.raises(SymkinError, match="where they are on the platform"):
+        symkin.accept(hexapod, later, 1e-4)
 
 
 @pytest.mark.parametrize(
@@ -245,7 +255,9 @@ def test_a_body_is_found_by_its_distances_and_not_as_its_mirror_image(space):
     np.testing.assert_allclose(made[known], moved[known], atol=1e-9)
 
 
-def test_points_in_a_line_are_no_body():
+def test_points_in_a_line_are_no_body_nor_is_a_single_one():
+    one = np.arange(18.0).reshape(6, 1, 3)
+    assert np.isnan(motions_of(one, one[0], POSE_SPACES["spatial"]).translation).all()
     line = np.outer(np.arange(4.0), [1.0, 2.0, 0.5])[None] + np.zeros((6, 1, 1))
     assert body_of(line, POSE_SPACES["spatial"]) is None
     motions = motions_of(line, line[0], POSE_SPACES["spatial"])
