@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from symkin.data.error_axes import drawn_along
 from symkin.data.measurements import Measurements
-from symkin.data.observables import OBSERVABLES, words_with
+from symkin.data.observables import OBSERVABLES, words_between_rows, words_with
 from symkin.errors import SymkinError, one_of
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import (
@@ -114,6 +114,11 @@ class Observed:
             raise SymkinError(f"missing is {self.missing:g}; expected a fraction from 0 to below 1")
         if not 0 <= self.spread <= 3:
             raise SymkinError(f"spread is {self.spread:g}; expected 0 to 3")
+
+    @property
+    def together(self) -> int:
+        """How many poses are measured together: two where something is observed between rows."""
+        return 2 if words_between_rows().intersection(self.kinds) else 1
 
     @classmethod
     def of(cls, mechanism: Mechanism, observe: Observing | None) -> Observed | None:

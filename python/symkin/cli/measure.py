@@ -223,10 +223,14 @@ def _token(path: Path) -> str:
 
 
 def _by_hand(session: Session, tell: _Screen) -> None:
-    prompt = " ".join(entry.told for entry in entries_of(session.columns)) + " >"
     tell(f"Enter the row; {', '.join(f'{key} {what}' for key, what in KEYS.items())}, q quit")
     for ask in session:
         tell(f"\n{progress_text(session, session.progress)}\n{ask_text(session, ask)}")
+        entries = entries_of(session.asked_columns)
+        # Of the first of two rows between which something is measured.
+        commanded = session.asked_columns != session.columns
+        shown = [entry.told for entry in entries] + ["(Enter: as commanded)"] * commanded
+        prompt = f"{' '.join(shown)} >"
         done = False
         while not done:
             tell(prompt)
@@ -235,6 +239,9 @@ def _by_hand(session: Session, tell: _Screen) -> None:
                 return
             try:
                 told = obeyed(session, line) if line.strip() else ""
+                if commanded and not line.strip() and not session.refresh():
+                    session.add({})
+                    break
             except SymkinError as error:
                 tell(f"!  {error}")
                 continue

@@ -10,12 +10,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from symkin.data.observables import PAIR
 from symkin.storage.tables import Table
 
-__all__ = ["BACK", "COUNTING", "DROPPED", "NOTES", "ROW", "STATUS", "TIME", "UNDONE"]
+__all__ = ["BACK", "COUNTING", "DROPPED", "LINK", "NOTES", "ROW", "STATUS", "TIME", "UNDONE"]
 __all__ += ["counting_rows", "only_counting"]
 
 STATUS, ROW, TIME = "status", "row", "time_s"
+LINK = f"{PAIR}1_row"  # the number of the row that one was measured with
 COUNTING = ("ok", "repeat")  # and an empty cell, of what somebody else appended
 # A line that takes back the line with the same number: somebody erred, or the row is wrong.
 UNDONE, DROPPED = "undone", "dropped"
@@ -55,5 +57,7 @@ def only_counting(table: Table) -> Table:
         raise table.error(f'no row counts by its column "{STATUS}"; expected one that is ok')
     # Who appends a row may not know when the session began: then the order is all there is.
     timed = TIME in table.names and all(np.array(table.texts(TIME))[kept])
-    dropped = (*NOTES, *(() if timed else (TIME,)))
+    linked = any(name.startswith(PAIR) for name in table.names)
+    notes = [name for name in NOTES if not (linked and name == ROW)]
+    dropped = (*notes, *(() if timed else (TIME,)))
     return table.subset(kept, without=dropped)

@@ -168,13 +168,10 @@ class Survey(Value):
         poses: Array,
         observe: Observing | None,
         unknowns: Mapping[str, Any],
-        *,
-        in_pairs: bool = False,
     ) -> Survey | None:
         """What was asked for at such poses; None if that is full poses and all parameters.
 
-        What the arguments do not say is what the mechanism's `identification` does. What is
-        observed between two rows is taken only if poses come `in_pairs`, as `is_in_pairs` has it.
+        What the arguments do not say is what the mechanism's `identification` does.
 
         Raises
         ------
@@ -195,16 +192,10 @@ class Survey(Value):
         readings = mechanism.inverse_kinematics(poses)
         drawn = mechanism.frames or Frames()
         observed, mechanism = placed(mechanism, "pose" if observe is None else observe)
-        between = sorted(words_between_rows().intersection(observed.kinds))
-        if between and not in_pairs:
-            raise SymkinError(
-                f"{' and '.join(between)} {'is' if len(between) == 1 else 'are'} observed between "
-                "two rows, so that poses cannot be chosen one by one; symkin plan chooses them in "
-                "pairs"
-            )
-        if between and not {*observed.kinds} - {*between}:
+        of_each = {*observed.kinds} - words_between_rows()
+        if not of_each:
             wanted = with_pairs_defaults(wanted)
-        if {*observed.kinds} - {*between} == {"height"}:
+        if of_each == {"height"}:
             wanted = with_probing_defaults(wanted)
         if observed.kinds == ("straightness",):
             wanted = with_edge_held(wanted, mechanism.space)
@@ -266,9 +257,9 @@ class Survey(Value):
         )
 
     @property
-    def is_in_pairs(self) -> bool:
-        """Whether something is observed between the first pose and the second, and so on."""
-        return bool(words_between_rows().intersection(self.observed.kinds))
+    def together(self) -> int:
+        """How many poses are measured together: pairs where something is observed between them."""
+        return self.observed.together
 
     @property
     def floating(self) -> bool:

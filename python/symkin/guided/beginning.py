@@ -28,7 +28,7 @@ from symkin.model.mechanism import Mechanism
 from symkin.model.poses import pose_rows
 from symkin.model.settings import IdentificationSettings
 from symkin.options import checks
-from symkin.planning.observing import where_observed
+from symkin.planning.observing import dealt, where_observed
 from symkin.planning.prediction import check_wanted
 from symkin.planning.selection import (
     Region,
@@ -111,9 +111,11 @@ def measure(
     if candidates is None or number is not None:
         number = number or min(mechanism.protocol.candidates, _CANDIDATES)
         candidates = sample_workspace(mechanism, int(number), seed)
-    poses = pose_rows(candidates)
+    given_poses = pose_rows(candidates)
     observed = Observed.of(mechanism, observe)
-    poses = where_observed(mechanism, observed, poses)
+    poses = where_observed(mechanism, observed, given_poses)
+    # What is wanted is wanted over the workspace, wherever it can be observed.
+    over = None if poses is given_poses else given_poses
     given = {name: unknowns.get(name) for name in Unknowns.__annotations__}
     wanted = with_file_settings(given, mechanism.identification)
     if observed is not None and observed.kinds == ("height",):
@@ -134,7 +136,8 @@ def measure(
     assert survey is not None  # since there is always a prior
     some = survey.rows(thinned(poses, _ENOUGH))
     survey.covariance([some[np.isfinite(some).all(axis=(1, 2))]])  # which names what is not shown
-    chooser = Chooser(robot, poses, observed, {}, target, seed)
+    groups = dealt(poses, survey.together, seed)
+    chooser = Chooser(robot, groups, observed, {}, target, seed, over)
     folder = None if out is None else Path(out)
     if folder is not None:
         _settle(folder, robot, poses, observed, target, noise, seed)

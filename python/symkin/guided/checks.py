@@ -95,20 +95,22 @@ def judged(
     squares = np.where(np.isfinite(off), off, 0.0) ** 2 * estimate.conditions
     level = _FALSE / max(_FEWEST, 2 * planned)
     shares: dict[int, float] = {}
-    for place, number in enumerate(numbers):
+    # What was measured between rows stands at the first of them, and is told of the last.
+    first = estimate.measurements.first_of_block
+    told = {int(first[place]): number for place, number in enumerate(numbers)}
+    newest = int(first[-1])
+    for place, number in told.items():
         count = int(estimate.conditions[place])
         if number not in kept and count:
             p = _core.chi_square_tail(float(squares[place]), count)
-            shares[place] = p / (level if place == len(numbers) - 1 else level / _OLDER)
+            shares[place] = p / (level if place == newest else level / _OLDER)
     far = [place for place, share in shares.items() if share < 1]
-    last = float(off[-1])
+    last = float(off[newest])
     if not far:
         return last, None, math.nan
     # Rows that did fit until the last one came are made unlike by that one.
-    worst = (
-        len(numbers) - 1 if len(numbers) - 1 in far else max(far, key=lambda each: squares[each])
-    )
-    return last, numbers[worst], float(off[worst])
+    worst = newest if newest in far else max(far, key=lambda each: squares[each])
+    return last, told[worst], float(off[worst])
 
 
 def slipped_from(estimate: Estimate[Any], *, shaken: bool) -> int | None:

@@ -54,7 +54,7 @@ class Target:
 class _Tries:
     """What became of the candidates."""
 
-    taken: list[Array] = field(default_factory=list)  # poses, of all rows that count
+    taken: list[Array] = field(default_factory=list)  # poses, of all candidates that count
     used: set[int] = field(default_factory=set)
     tried: list[Array] = field(default_factory=list)  # coordinates, in the candidates' deviations
     failed: list[Array] = field(default_factory=list)
@@ -65,7 +65,11 @@ _Surveyed: TypeAlias = tuple[Survey, Array, dict[str, Array], float]
 
 
 class Chooser:
-    """Holds a completion of what is measured, and gives its poses one by one."""
+    """Holds a completion of what is measured, and gives its poses one by one.
+
+    Candidates are poses that are measured together, shape (n, together, coordinates): single ones,
+    or pairs for what is observed between them.
+    """
 
     def __init__(
         self,
@@ -75,12 +79,16 @@ class Chooser:
         unknowns: Mapping[str, Any],
         target: Target,
         seed: int,
+        over: Array | None = None,
     ) -> None:
         self.robot, self.candidates, self.target = robot, candidates, target
         self._observe, self._unknowns, self._seed = observe, unknowns, seed
-        coordinates = workspace_coordinates(robot, candidates)
+        # Poses over which the error is averaged.
+        self._over = thinned(self._poses if over is None else over, _AMONG)
+        coordinates = workspace_coordinates(robot, self._poses)
         spread = coordinates.std(axis=0)
-        self._places = coordinates / np.where(spread > 0, spread, 1.0)
+        places = coordinates / np.where(spread > 0, spread, 1.0)
+        self._places = places.reshape(*candidates.shape[:2], -1)
         self.begin()
 
     def begin(self) -> None:
@@ -88,38 +96,50 @@ class Chooser:
         self._tries = _Tries()
         self.queue: list[int] = []  # the next poses, in their order
         self._held: list[int] = []  # the completion without them
+        self._begun: list[Array] = []  # poses taken of the first of them
         self.planned = False
+        self._stale = False
         self.more = 0  # rows that are needed besides those taken, as far as can be told
 
-    def take(self, pose: Array | None) -> None:
-        """A pose was measured; None if nobody knows which."""
-        if pose is None:
+    def start(self, pose: Array | None) -> None:
+        """The first of several poses that are measured together was taken; None: it is not."""
+        self._begun = [] if pose is None else [pose]
+        self.more = max(self.more - len(self._begun), 0)
+
+    def take(self, group: Array | None) -> None:
+        """Poses were measured, together, of one candidate; None if nobody knows which."""
+        if group is None:
             return
-        self._tries.taken.append(pose)
-        place = self._place(pose)
+        self.more = max(self.more - len(group) + len(self._begun), 0)
+        self._begun = []
+        self._tries.taken.append(group)
+        place = self._place(group)
         if place is not None:
             self._tries.used.add(place)
-            self._tries.tried.append(self._places[place])
+            self._tries.tried.extend(self._places[place])
             self._drop(place)
-        self.more = max(self.more - 1, 0)
-        if not self.queue:
+        if not self.queue or self._stale:
             self.planned = False
 
     def again(self) -> None:
-        """What is known has changed: choose anew."""
-        self.planned = False
+        """What is known has changed: choose anew, once all of a candidate is taken."""
+        self._stale = True
+        self.planned = bool(self._begun)
 
     def fail(self, pose: Array, *, counts: bool = True, avoid: bool = False) -> None:
         """A pose could not be taken, or shall not be; `avoid` its neighbourhood too."""
-        place = self._place(pose)
+        at = len(self._begun)
+        place = self._place(np.array([*self._begun, pose]))
+        self._begun = []
         if place is None:
             return
         self._tries.used.add(place)
+        where = self._places[place, at]
         if counts:
-            self._tries.tried.append(self._places[place])
-            self._tries.failed.append(self._places[place])
+            self._tries.tried.append(where)
+            self._tries.failed.append(where)
         if avoid:
-            self._tries.avoided.append(self._places[place])
+            self._tries.avoided.append(where)
         self._held = [*self.queue, *self._held]
         self.queue = []
         self._drop(place)
@@ -140,12 +160,23 @@ class Chooser:
         members = completing.completion([*self.queue, *self._held], reached, _MOST)
         chosen = completing.first(members, _AHEAD)
         self._held = [each for each in members if each not in chosen]
-        start = self._tries.taken[-1] if self._tries.taken else None
-        order = visiting_order(self.robot, self.candidates[chosen], self._seed, start)
+        start = self._tries.taken[-1][-1] if self._tries.taken else None
+        order = visiting_order(self.robot, self.candidates[chosen, 0], self._seed, start)
         self.queue = [chosen[place] for place in order.tolist()]
-        self.planned = True
+        self.planned, self._stale = True, False
         done = reached(completing.covariance([]))
-        self.more = 0 if done else len(members)
+        self.more = 0 if done else len(members) * self.candidates.shape[1]
+
+    @property
+    def ahead(self) -> Array:
+        """The next poses, as far as they are chosen."""
+        poses = self.candidates[self.queue].reshape(-1, self.candidates.shape[2])
+        return np.asarray(poses[len(self._begun) :])
+
+    @property
+    def begun(self) -> bool:
+        """Whether the next pose is measured with the one before."""
+        return bool(self._begun)
 
     def floor(self) -> tuple[dict[str, float], tuple[str, ...]]:
         """What all candidates together would not undercut, and the unknowns that do it.
@@ -170,7 +201,8 @@ class Chooser:
         else:
             information = _prior_information(survey)
             if self._tries.taken:
-                own = survey.rows(np.array(self._tries.taken)).reshape(-1, len(scale)) * scale
+                own = survey.rows(np.concatenate(self._tries.taken))
+                own = own.reshape(-1, len(scale)) * scale
                 own = own[np.isfinite(own).all(axis=1)]
                 information = information + own.T @ own
         squares = [forms[name] / wanted**2 * scaled for name, wanted in self.target.wanted.items()]
@@ -195,10 +227,12 @@ class Chooser:
         return self._surveyed_at(None)
 
     def _surveyed_at(self, estimate: Estimate[Any] | None) -> _Surveyed:
-        survey = Survey.of(self._as_known(estimate), self.candidates, self._observe, self._unknowns)
+        poses = self._poses
+        survey = Survey.of(self._as_known(estimate), poses, self._observe, self._unknowns)
         assert survey is not None  # since there is always a prior
-        rows = survey.rows(self.candidates) * survey.scale
-        position, orientation, *_ = survey.error_forms(thinned(self.candidates, _AMONG))
+        rows = survey.rows(poses) * survey.scale
+        rows = rows.reshape(len(self.candidates), -1, rows.shape[2])
+        position, orientation, *_ = survey.error_forms(self._over)
         widened = estimate.widened if estimate is not None else 1.0
         return survey, rows, {"position": position, "orientation": orientation}, widened
 
@@ -228,24 +262,30 @@ class Chooser:
 
     def _chance(self) -> Array:
         """How likely each candidate can be measured, by what became of those near it."""
-        tries, count = self._tries, len(self.candidates)
+        tries, count = self._tries, self.candidates.shape[:2]
 
         def weights(places: Sequence[Array]) -> Array:
             total = np.zeros(count)
             for place in places:
-                total += np.exp(-np.square(self._places - place).sum(axis=1) / 2)
+                total += np.exp(-np.square(self._places - place).sum(axis=2) / 2)
             return total
 
         chance = 1 - (_FAILS + weights(tries.failed)) / (1 + weights(tries.tried))
         for place in tries.avoided:
-            chance[np.linalg.norm(self._places - place, axis=1) < _AVOIDED] = 0
+            chance[np.linalg.norm(self._places - place, axis=2) < _AVOIDED] = 0
+        chance = np.maximum(chance, 0.0).prod(axis=1)
         chance[list(tries.used)] = 0
-        return np.asarray(np.maximum(chance, 0.0))
+        return np.asarray(chance)
 
-    def _place(self, pose: Array) -> int | None:
-        away = np.abs(self.candidates - pose).max(axis=1)
-        place = int(np.argmin(away))
-        return place if away[place] < _SAME else None
+    @property
+    def _poses(self) -> Array:
+        return self.candidates.reshape(-1, self.candidates.shape[2])
+
+    def _place(self, group: Array) -> int | None:
+        """The candidate that begins with these poses, the next one before others."""
+        away = np.abs(self.candidates[:, : len(group)] - group).max(axis=(1, 2))
+        here = np.flatnonzero(away < _SAME).tolist()
+        return next((each for each in (*self.queue, *here) if each in here), None)
 
     def _drop(self, place: int) -> None:
         self.queue = [each for each in self.queue if each != place]

@@ -162,6 +162,7 @@ class Device:
             "pose": dict(zip(names, pose, strict=True)),
             "readings": ask.readings.tolist(),
             "repeat_of": ask.repeat_of,
+            "partner": ask.partner,
         }
         self._send({"id": self._id, "measure": request})
         while True:

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any, Literal
 
 from symkin import _core
-from symkin.data.tries import DROPPED
+from symkin.data.tries import DROPPED, LINK
 from symkin.errors import SymkinError
 from symkin.estimate.estimate import Estimate
 from symkin.estimate.identification import identify
@@ -133,6 +133,9 @@ class Knowledge:
     def _judged(self, count: int, rows: list[int], planned: int) -> Verdict:
         numbers = [self._table.number(place) for place in rows]
         last, known = rows[-1], self.of(count)
+        if self._table.lines[last].get(LINK) == "":  # of which nothing is measured yet
+            return Verdict(numbers[-1], math.nan)
+        together = self._table.together
         again, kept = self._table.lines[last]["repeat_of"], set(self._table.said(KEPT, SLIPPED))
         decided = ""
         if again.isdigit() and int(again) in numbers and not {int(again), numbers[-1]} & kept:
@@ -141,7 +144,7 @@ class Knowledge:
             return Verdict(numbers[-1], math.nan, int(again), decided=decided)
         if known.estimate is None:
             for place in rows[: -_LOOKED_AT - 1 : -1]:
-                before = self._by(count, (place,))
+                before = self._by(count, together(place))
                 if before.estimate is not None:
                     number = self._table.number(place)
                     return self._explained(Verdict(numbers[-1], math.inf, number), count, before)
@@ -150,7 +153,7 @@ class Knowledge:
         off, doubtful, size = judged(known.estimate, numbers, planned, kept)
         made = Verdict(numbers[-1], off, doubtful, size, tolerances=known.tolerances)
         if doubtful is not None and not shaken:
-            before = self._by(count, (self._table.place(doubtful),))
+            before = self._by(count, together(self._table.place(doubtful)))
             return self._explained(made, count, before)
         slipped = slipped_from(known.estimate, shaken=shaken)
         first = None if slipped is None else self._table.number(slipped - 2)
@@ -158,13 +161,15 @@ class Knowledge:
 
     def _decided(self, count: int, place: int, again: int, planned: int) -> str:
         """Whether a row that was doubted is wrong, now that its pose was measured again."""
-        first = self._by(count, (again,))
-        rows = [each for each in self._table.counting if each != again]
+        together = self._table.together
+        first = self._by(count, together(again))
+        rows = [each for each in self._table.counting if each not in together(again)]
         if first.estimate is not None:
             numbers = [self._table.number(each) for each in rows]
             if judged(first.estimate, numbers, planned, set())[1] != self._table.number(place):
                 return ""
-        return "row" if self._fits(self._by(count, (place,)), count, (place, again)) else "robot"
+        alone, both = together(place), (*together(place), *together(again))
+        return "row" if self._fits(self._by(count, alone), count, both) else "robot"
 
     def _fits(self, known: Known, count: int, without: tuple[int, ...]) -> bool:
         """Whether a fit is no worse than noise makes it by what the other one does without."""
@@ -194,7 +199,7 @@ class Knowledge:
     ) -> Iterator[tuple[str, Mapping[str, float]]]:
         """The edits of a row that the robot, as known without it, explains best."""
         row, rows = self._table.values(place), self._table.counting
-        others = [each for each in rows if each != place]
+        others = [each for each in rows if each not in self._table.together(place)]
         scored: dict[tuple[float, ...], tuple[float, str, dict[str, float]]] = {}
         assert before.estimate is not None
         for what, edited in edits_of(row, self._robot):

@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 from symkin.analysis.observed import Observed
 from symkin.data.columns import own_pose_columns, read_pose_values
 from symkin.data.measurements import Measurements
-from symkin.data.observables import COMMANDED
+from symkin.data.observables import COMMANDED, PAIR
 from symkin.data.reading import read_measurements
+from symkin.data.tries import LINK, ROW
 from symkin.errors import MeasurementError, SymkinError
 from symkin.model.file_frames import from_drawing
 from symkin.model.mechanism import Mechanism
@@ -45,7 +46,18 @@ class RowFormat:
     @cached_property
     def columns(self) -> tuple[str, ...]:
         """What is measured of a row, SI."""
-        return tuple(self._exact(self.robot.home))
+        return tuple(name for name in self._exact(self.robot.home) if name not in (ROW, LINK))
+
+    @property
+    def links(self) -> tuple[str, ...]:
+        """Where a row says which one it is measured with."""
+        return (LINK,) if self.observed.together > 1 else ()
+
+    def columns_of(self, partner: int | None) -> tuple[str, ...]:
+        """Those of a row that is measured with another one, or is the first of both."""
+        if partner is not None:
+            return self.columns
+        return tuple(name for name in self.columns if not name.startswith(PAIR))
 
     @cached_property
     def commanded(self) -> tuple[str, ...]:
@@ -66,8 +78,12 @@ class RowFormat:
             name: _cell(float(columns[name][0])) for name in columns if name.startswith(COMMANDED)
         }
 
-    def cells(self, row: Mapping[str, float] | Measurements, pose: Array) -> Cells:
+    def cells(
+        self, row: Mapping[str, float] | Measurements, pose: Array, partner: int | None = None
+    ) -> Cells:
         """A row measured where the robot was sent to a pose, checked as a table of one row is.
+
+        Or as one of two, if it is measured with a `partner`, whose number it has then.
 
         Raises
         ------
@@ -75,17 +91,34 @@ class RowFormat:
             For columns that the session does not have, and values that cannot be.
         """
         given = row.columns(self.robot) if isinstance(row, Measurements) else self._whole(row, pose)
+        if any(len(values) != 1 for values in given.values()):
+            raise SymkinError("several rows were given; expected one")
+        own = self.columns_of(partner)
+        early = [name for name in given if name.startswith(PAIR) and partner is None]
+        if early:
+            raise SymkinError(
+                f'"{early[0]}" is not a column of such a row, the first of two between which that '
+                f"is measured; expected of {', '.join(own)}, in any units"
+            )
+        if self.links:  # as the second of two rows
+            given = {
+                name: np.append(values if name.startswith(_READING) else np.nan, values)
+                for name, values in given.items()
+            }
+            given |= {ROW: np.array([1.0, 2.0]), LINK: np.array([np.nan, 1.0])}
+            if partner is None:  # what will be measured, whatever it will be
+                given |= {name: np.array([np.nan, 0.0]) for name in self.columns if name not in own}
         measured = read_measurements(dict(given), self.robot)
-        if len(measured.poses) != 1:
-            raise SymkinError(f"{len(measured.poses)} rows were given; expected one")
         found = measured.columns(self.robot)
-        strange = [*measured.unread, *(name for name in found if name not in self.columns)]
+        known = (*self.columns, ROW, LINK)
+        strange = [*measured.unread, *(name for name in found if name not in known)]
         if strange:
             raise SymkinError(
                 f'"{strange[0]}" is not a column of this session; expected of '
-                f"{', '.join(self.columns)}, in any units"
+                f"{', '.join(own)}, in any units"
             )
-        return {name: _cell(float(values[0])) for name, values in found.items()}
+        cells = {name: _cell(float(found[name][-1])) for name in own if name in found}
+        return cells if partner is None else cells | {LINK: str(partner)}
 
     def pose(self, cells: Cells) -> Array | None:
         """Where a line's robot was sent; without that where it was, if that is known in full."""

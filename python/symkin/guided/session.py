@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin.data.measurements import Measurements
-from symkin.data.tries import BACK, DROPPED, ROW, STATUS, TIME, UNDONE
+from symkin.data.tries import BACK, DROPPED, LINK, ROW, STATUS, TIME, UNDONE
 from symkin.errors import SymkinError
 from symkin.estimate.estimate import Estimate
 from symkin.estimate.survey import Survey
@@ -51,7 +51,9 @@ class Ask(Value):
     repeat_of : int or None
         The row that is measured again.
     ahead : ndarray, shape (k, coordinates)
-        The poses after it, as far as they are chosen.
+        The poses after it, as far as they are chosen: of the first of a pair, the second is first.
+    partner : int or None
+        The row before it, if something is measured between both.
     """
 
     row: int
@@ -59,6 +61,7 @@ class Ask(Value):
     readings: Array
     repeat_of: int | None
     ahead: Array
+    partner: int | None = None
 
 
 @record
@@ -134,13 +137,15 @@ class Session:
         self._chooser, self._noise, self._written = chooser, noise, robot
         self._format = RowFormat(robot, observed.observed)
         # Frames that nobody knows take as many conditions before anything can be fitted.
-        conditions = observed.rows(chooser.candidates[:1]).shape[1]
-        least = -(-int(np.isinf(observed.priors).sum()) // conditions)
+        conditions = int(observed.rows(chooser.candidates[0]).any(axis=2).sum())
+        least = -(-int(np.isinf(observed.priors).sum()) // max(conditions, 1))
+        least *= chooser.candidates.shape[1]
         self.columns = self._format.columns
-        names = (ROW, "time", TIME, STATUS, "repeat_of", *self._format.commanded, *self.columns)
+        named = (*self._format.commanded, *self._format.links, *self.columns)
+        names = (ROW, "time", TIME, STATUS, "repeat_of", *named)
         path = None if folder is None else folder / TABLE
         self._table = TriesTable(path, (*names, "device", "remark"))
-        self._repeating: int | None = None
+        self._repeating: tuple[int, ...] = ()
         confidence = chooser.target.confidence
         self._knowledge = Knowledge(robot, self._table, confidence, noise, least)
         self._told: dict[int, Progress] = {}
@@ -154,7 +159,7 @@ class Session:
         """Return the pose to measure now; None when the accuracy is reached, or never will be."""
         self.refresh()
         progress = self.progress
-        if self._repeating is None and (progress.reached or progress.never):
+        if not self._repeating and (progress.reached or progress.never):
             return None
         return self.asked()
 
@@ -163,16 +168,23 @@ class Session:
         if not self._chooser.planned:
             self._chooser.plan(self.estimate)
         row = len(self._table.lines) + 1
-        queue = self._chooser.candidates[self._chooser.queue]
-        again = self._repeating
-        if again is not None:
-            pose, ahead = self._pose_of(self._table.place(again)), queue
+        ahead, again = self._chooser.ahead, None
+        if self._repeating:
+            again, *more = self._repeating
+            poses = [self._pose_of(self._table.place(each)) for each in (again, *more)]
+            pose, ahead = poses[0], np.array([*poses[1:], *ahead]).reshape(-1, ahead.shape[1])
             assert pose is not None
-        elif len(queue):
-            pose, ahead = queue[0], queue[1:]
+        elif len(ahead):
+            pose, ahead = ahead[0], ahead[1:]
         else:
             raise SymkinError("no pose is left to measure: all were measured, failed or avoided")
-        return Ask(row, pose, self.robot.inverse_kinematics(pose[None])[0], again, ahead)
+        readings = self.robot.inverse_kinematics(pose[None])[0]
+        return Ask(row, pose, readings, again, ahead, self._begun_by())
+
+    @property
+    def asked_columns(self) -> tuple[str, ...]:
+        """Those of `columns` that are of the row that is asked for."""
+        return self._format.columns_of(self._begun_by())
 
     def __iter__(self) -> Session:
         """Ask until nothing is left to ask."""
@@ -213,7 +225,7 @@ class Session:
             For columns that it does not have and values that cannot be; nothing is written then.
         """
         asked = self.asked()
-        cells = self._format.cells(row, asked.pose)
+        cells = self._format.cells(row, asked.pose, asked.partner)
         status = "ok" if asked.repeat_of is None else "repeat"
         again = "" if asked.repeat_of is None else str(asked.repeat_of)
         self._append(status, asked.pose, cells, device, remark, repeat_of=again)
@@ -239,9 +251,9 @@ class Session:
         counting = self._table.counting
         if not counting:
             raise SymkinError("there is no row yet that could be repeated")
-        self._repeating = self._table.number(
-            counting[-1] if row is None else self._table.place(row)
-        )
+        place = counting[-1] if row is None else self._table.place(row)
+        self._repeating = tuple(map(self._table.number, self._table.together(place)))
+        self._chooser.start(None)
 
     def undo(self, row: int | None = None, *, remark: str = "") -> int:
         """Take back a row, by default the last line; its pose is asked for again.
@@ -264,9 +276,10 @@ class Session:
         line, pose = self._table.lines[place], self._pose_of(place)
         cells = {name: line[name] for name in self.columns}
         cells |= {name: repr(float(value)) for name, value in values.items()}
-        self.drop(row)
+        link = {name: line[name] for name in self._format.links}
+        self._take_back(DROPPED, row, "does not fit", alone=True)
         status, device, remark = line[STATUS] or "ok", line["device"], f"{TAKEN_AS}{what}"
-        self._append(status, pose, cells, device, remark, repeat_of=line["repeat_of"])
+        self._append(status, pose, cells | link, device, remark, repeat_of=line["repeat_of"])
 
     def slip(self, row: int) -> None:
         """From this row on the sensors may show something else: the robot is as after it."""
@@ -410,12 +423,34 @@ class Session:
                     self._chooser.plan(self._knowledge.of(place).estimate)
                 self._tell(place)
         self._seen = len(lines)
-        self._repeating = None
+        self._repeating = self._left_to_repeat()
+
+    def _left_to_repeat(self) -> tuple[int, ...]:
+        """Rows that are measured again with the last line, which is the first of them."""
+        if not self._table.lines or not self._chooser.begun:
+            return ()
+        again = self._table.lines[-1]["repeat_of"]
+        if not again.isdigit():
+            return ()
+        group = self._table.together(self._table.place(int(again)))
+        return tuple(number for number in map(self._table.number, group) if number > int(again))
+
+    def _begun_by(self) -> int | None:
+        """The row that the next one is measured with."""
+        if not self._chooser.begun:
+            return None
+        measured = [each for each in self._table.standing if self._table.is_measured(each)]
+        return self._table.number(measured[-1])
 
     def _tell(self, place: int) -> None:
         pose, status = self._pose_of(place), self._table.lines[place][STATUS]
         if self._table.is_measured(place):
-            self._chooser.take(pose)
+            group = [self._pose_of(each) for each in self._table.together(place) if each <= place]
+            if self._format.links and not self._table.lines[place][LINK]:
+                self._chooser.start(pose)
+            else:
+                known = all(each is not None for each in group)
+                self._chooser.take(np.array(group) if known else None)
         elif pose is not None:
             counts = status not in (_UNCOUNTED, "avoid")
             self._chooser.fail(pose, counts=counts, avoid=status == "avoid")
@@ -423,7 +458,8 @@ class Session:
     def _pose_of(self, place: int) -> Array | None:
         return self._format.pose(self._table.lines[place])
 
-    def _take_back(self, status: str, row: int | None, remark: str) -> int:
+    def _take_back(self, status: str, row: int | None, remark: str, *, alone: bool = False) -> int:
+        """Say that a row does not count, nor what was measured with it unless it is `alone`."""
         standing = self._table.standing
         if not standing:
             raise SymkinError("there is no row yet that could be taken back")
@@ -431,7 +467,11 @@ class Session:
         number = self._table.number(place)
         if place not in standing:
             raise SymkinError(f"row {number} is taken back already")
-        self._append(status, None, {}, "", remark, number=number)
+        group = (place,) if alone else self._table.together(place)
+        for each in group:
+            if each in standing:
+                own = self._table.number(each)
+                self._append(status, None, {}, "", remark, number=own)
         return number
 
     def _append(

@@ -11,6 +11,8 @@ import numpy as np
 
 from symkin.analysis.observed import Observable, Observed
 from symkin.data.measurements import Measurements
+from symkin.data.observables import PAIR
+from symkin.data.tries import LINK, ROW
 from symkin.guided.device import VERSION
 from symkin.guided.session import Ask
 from symkin.model.given import MechanismGiven, as_mechanism
@@ -54,28 +56,36 @@ class SimulatedDevice:
         anchors = frames.anchors if frames and "distance" in kinds else ()
         self._observed = Observed(kinds, points=points, anchors=anchors).in_frames(frames)
         self._random, self._lost = np.random.default_rng([seed, 8]), lost
+        self._before: tuple[Any, Any] | None = None  # where it was, and the readings there
 
     def __call__(self, ask: Ask) -> dict[str, float] | str:
         """Measure; values by column, or why not."""
-        return self.at(ask.readings)
+        return self.at(ask.readings, second=ask.partner is not None)
 
-    def at(self, readings: Any) -> dict[str, float] | str:
-        """The same at commanded readings."""
+    def at(self, readings: Any, *, second: bool = False) -> dict[str, float] | str:
+        """The same at commanded readings; of the `second` of a pair with the one before."""
         poses, taken = self.actual.forward_kinematics(np.array([readings]))
         lost = self._random.random() < self._lost
         if not taken[0]:
             return "unreachable"
         if lost:
             return "lost"
+        before, self._before = self._before, (poses[0], np.array(readings))
+        visited = [before, self._before] if second and before else [self._before]
         exact = Measurements.of(
-            poses,
-            np.array([readings]),
+            np.array([each for each, _ in visited]),
+            np.array([each for _, each in visited]),
             reading_unit=self.nominal.reading_unit,
             pose_space=self.nominal.pose_space,
         )
         seed = int(self._random.integers(2**31))
         row = self._observed.measure(exact, self.nominal.noise, seed).columns(self.nominal)
-        return {name: float(np.asarray(values)[0]) for name, values in row.items()}
+        paired = self._observed.together > 1
+        return {
+            name: float(np.asarray(values)[-1])
+            for name, values in row.items()
+            if not paired or (name not in (ROW, LINK) and (second or not name.startswith(PAIR)))
+        }
 
     def serve(self, lines: Iterable[str], say: Callable[[str], object]) -> None:
         """Speak the protocol of devices until there are no more lines."""
@@ -88,7 +98,8 @@ class SimulatedDevice:
             yield {"symkin": VERSION, "device": "simulated", "moves": True, "timeout_s": 60}
         if "measure" not in said:
             return
-        found = self.at(said["measure"]["readings"])
+        asked = said["measure"]
+        found = self.at(asked["readings"], second=asked.get("partner") is not None)
         if isinstance(found, str):
             yield {"id": said["id"], "error": found, "retry": False}
             return

@@ -12,7 +12,7 @@ from pathlib import Path
 from symkin.data.measurements import Measurements
 from symkin.data.observables import COMMANDED
 from symkin.data.reading import read_measurements
-from symkin.data.tries import BACK, COUNTING, NOTES, ROW, STATUS, TIME, counting_rows
+from symkin.data.tries import BACK, COUNTING, LINK, NOTES, ROW, STATUS, TIME, counting_rows
 from symkin.errors import MeasurementError, SymkinError
 from symkin.model.mechanism import Mechanism
 
@@ -154,12 +154,25 @@ class TriesTable:
     def values(self, place: int) -> dict[str, float]:
         """The measured numbers of a line, by column."""
         line = self.lines[place]
-        names = [name for name in self.columns if name not in (*NOTES, TIME)]
+        names = [name for name in self.columns if name not in (*NOTES, TIME, LINK)]
         return {
             name: float(line[name])
             for name in names
             if line[name] and not name.startswith(COMMANDED)
         }
+
+    def together(self, place: int) -> tuple[int, ...]:
+        """Places of the line and of those that it was measured with, in their order."""
+        own, link = str(self.number(place)), self.lines[place].get(LINK, "")
+        return tuple(
+            each
+            for each in range(len(self.lines))
+            if each == place
+            or (
+                self.is_measured(each)
+                and (str(self.number(each)) == link or self.lines[each].get(LINK) == own)
+            )
+        )
 
     def is_measured(self, place: int) -> bool:
         """Whether a line is of a measurement, whatever became of it."""

@@ -100,9 +100,9 @@ def predict_accuracy(
     made_for = None if plan.basis is None else plan.basis.survey
     said = observe is not None or any(each is not None for each in unknowns.values())
     if made_for is not None and not said:
-        survey = Survey.of(mechanism, plan.poses, made_for.observed, made_for.asked, in_pairs=True)
+        survey = Survey.of(mechanism, plan.poses, made_for.observed, made_for.asked)
     else:
-        survey = Survey.of(mechanism, plan.poses, observe, unknowns, in_pairs=True)
+        survey = Survey.of(mechanism, plan.poses, observe, unknowns)
     if survey is not None:
         require_joint(estimator)
         survey = survey.in_order(plan.poses[~plan.spare])

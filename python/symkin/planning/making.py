@@ -26,7 +26,7 @@ from symkin.model.poses import pose_rows
 from symkin.model.symmetry import Carrying, map_poses
 from symkin.options import Visit, checks
 from symkin.planning.basis import ChosenPoses, PlanBasis
-from symkin.planning.observing import ObservedTask, where_observed
+from symkin.planning.observing import ObservedTask, dealt, where_observed
 from symkin.planning.plan import Plan
 from symkin.planning.selection import (
     Clearance,
@@ -49,7 +49,6 @@ __all__ = ["default_design", "for_all_parameters", "make_plan", "plan"]
 
 Poses = NDArray[np.float64]
 
-_PAIRINGS = 4  # times that every candidate is paired with another one
 _THINNED = 2000  # candidates among which spares are sought
 _TIME_LIMIT = 10.0  # s
 
@@ -271,7 +270,7 @@ def make_plan(
     sample = candidates if isinstance(candidates, WorkspaceSample) else None
     if poses is not given:
         sample = None
-    survey = Survey.of(mechanism, poses, observed, unknowns, in_pairs=True)
+    survey = Survey.of(mechanism, poses, observed, unknowns)
     design = default_design(survey) if design is None else design
     demands = _Demands(
         mechanism=mechanism,
@@ -298,8 +297,7 @@ def make_plan(
     tasks = design_tasks(mechanism, design, use_symmetry=symmetric)
     if survey is not None:
         tasks = [ObservedTask(**vars(task), survey=survey) for task in tasks]
-    choose = _choose_pairs if demands.in_pairs else _choose
-    chosen = [choose(demands, task, kept) for task in tasks]
+    chosen = [_choose(demands, task, kept) for task in tasks]
     plan = _assemble(demands, chosen, kept)
     return plan if visit == "sets" else in_visiting_order(plan, demands.seed, visit)
 
@@ -363,7 +361,7 @@ def in_visiting_order(plan: Plan, seed: int, visit: Visit) -> Plan:
     """Put the rows in the order of a short way, spares behind."""
     wanted = np.flatnonzero(~plan.spare)
     survey = None if plan.basis is None else plan.basis.survey
-    together = 2 if survey is not None and survey.is_in_pairs else 1
+    together = 1 if survey is None else survey.together
     first = wanted[::together]
     way = first[visiting_order(plan.mechanism, plan.poses[first], seed)]
     if visit == "there_and_back":
@@ -432,10 +430,10 @@ class _Demands:
                 "the paper's rows know full poses and all parameters alone, so what is observed or "
                 'unknown otherwise does not go with them; choose rows "noise_aware"'
             )
-        if self.in_pairs and (self.tells_legs_apart or self.minimum_distance or self.spares):
+        if self.together > 1 and (self.tells_legs_apart or self.minimum_distance):
             raise SymkinError(
                 "poses are chosen in pairs for what is observed between them, beside which there "
-                "are no required or measured poses, no spares and no minimum distance"
+                "are no required or measured poses and no minimum distance"
             )
         check_regions(self.mechanism, self.avoid)
         readings = self.mechanism.inverse_kinematics(self.required)
@@ -448,9 +446,9 @@ class _Demands:
             )
 
     @property
-    def in_pairs(self) -> bool:
-        """Whether poses are chosen two by two, for what is observed between them."""
-        return self.survey is not None and self.survey.is_in_pairs
+    def together(self) -> int:
+        """How many poses a candidate has."""
+        return 1 if self.survey is None else self.survey.together
 
     @property
     def tells_legs_apart(self) -> bool:
@@ -480,43 +478,60 @@ class _Chosen:
 
 def _choose(demands: _Demands, task: Task, kept: Clearance) -> _Chosen:
     """Select the poses of a task and their spares."""
-    required = demands.required
+    required, together = demands.required, demands.together
     allowed = _allowed(demands, task, kept)
     excluded = int(np.count_nonzero(~allowed))
-    if demands.method != "all" and len(allowed) - excluded < demands.count - len(required):
+    wanted = -(-demands.count // together)  # candidates: poses, or pairs of them
+    if demands.method != "all" and len(allowed) - excluded < together * wanted - len(required):
         raise SymkinError(
-            f"{demands.count} poses are wanted, but only {len(allowed) - excluded} of "
+            f"{together * wanted} poses are wanted, but only {len(allowed) - excluded} of "
             f"{len(allowed)} candidates may be measured: the others, or their images under the "
             "symmetry, lie outside the workspace's box, beyond joint limits, in a region to avoid, "
             f"within {kept.reach_margin:.3g} {kept.closure_unit} of the end of a leg's reach, or "
             f"are conditioned worse than {kept.conditioning_limit:.3g}"
             f"{_without_images(demands, kept)}"
         )
-    poses = demands.candidates
+    poses = demands.candidates[:, None]  # those of each candidate
     prior = task.prior(demands.measured, demands.rows)
+    if together > 1:
+        poses = dealt(demands.candidates[allowed], together, demands.seed)
+        allowed = np.ones(len(poses), dtype=np.bool_)
+    numbers = np.arange(len(poses), len(poses) + len(required), dtype=np.intp)
     if len(required):  # behind the candidates: nobody else may choose them
-        poses = np.concatenate([poses, required])
+        poses = np.concatenate([poses, required[:, None]])
         allowed = np.concatenate([allowed, np.ones(len(required), dtype=np.bool_)])
-    numbers = np.arange(len(demands.candidates), len(poses), dtype=np.intp)
-    rows = task.candidate_rows(poses, demands.rows)
-    wanted = demands.count
+    rows = _grouped(task.candidate_rows(_flat(poses), demands.rows), together)
     if task.is_orbit:
         wanted = -(-wanted // len(task.elements))
     settings: dict[str, Any] = {}
     if demands.minimum_distance:
-        settings["coordinates"] = poses[:, : demands.mechanism.space.size]
+        settings["coordinates"] = poses[:, 0, : demands.mechanism.space.size]
         settings["minimum_distance"] = demands.minimum_distance
     settings |= {"required": numbers.tolist(), "forbidden": ~allowed}
     selection = _selected(demands, task, rows, wanted, prior, **settings)
     chosen = np.setdiff1d(selection.indices, numbers)
-    spare_count = -(-len(chosen) // 2) if demands.spares is None else demands.spares
+    spare_count = -(-len(chosen) // 2)
+    if demands.spares is not None:
+        spare_count = -(-demands.spares // together)
     spares = poses[:0]
     if spare_count:
         available = allowed.copy()
         available[numbers] = False
         found = _spares(demands, task, poses, selection.indices, available, prior, spare_count)
         spares = poses[found]
-    return _Chosen(task, selection, poses[chosen], spares, excluded)
+    return _Chosen(task, selection, _flat(poses[chosen]), _flat(spares), excluded)
+
+
+def _flat(poses: Poses) -> Poses:
+    """Poses of candidates, one behind the other."""
+    return poses.reshape(-1, poses.shape[-1])
+
+
+def _grouped(rows: Any, together: int) -> Any:
+    """Rows of candidates of so many poses; of single ones as they are."""
+    if together == 1:
+        return rows
+    return np.ascontiguousarray(rows.reshape(len(rows) // together, -1, rows.shape[-1]))
 
 
 def _selected(
@@ -549,28 +564,6 @@ def _selected(
         causes = [each for leg in legs for each in undefined_angles(demands.mechanism, leg)]
         error.args = ("; ".join(filter(None, [str(error), *causes, task.advice()])),)
         raise
-
-
-def _choose_pairs(demands: _Demands, task: Task, kept: Clearance) -> _Chosen:
-    """Select pairs of poses, of which every candidate is in a few; without spares."""
-    allowed = np.flatnonzero(_allowed(demands, task, kept))
-    excluded, wanted = len(demands.candidates) - len(allowed), -(-demands.count // 2)
-    if len(allowed) < 2 * wanted:
-        raise SymkinError(
-            f"{wanted} pairs of poses are wanted, but only {len(allowed)} of "
-            f"{len(demands.candidates)} candidates may be measured"
-        )
-    random = np.random.default_rng(demands.seed)
-    even = len(allowed) - len(allowed) % 2
-    dealt = np.concatenate([random.permutation(allowed)[:even] for _ in range(_PAIRINGS)])
-    poses = demands.candidates[dealt]
-    rows = np.asarray(task.candidate_rows(poses, demands.rows))
-    rows = np.ascontiguousarray(rows.reshape(len(poses) // 2, -1, rows.shape[-1]))
-    prior = task.prior(None, demands.rows)
-    reached = np.isfinite(rows).all(axis=(1, 2))
-    selection = _selected(demands, task, rows, wanted, prior, forbidden=~reached)
-    chosen = poses.reshape(-1, 2, poses.shape[1])[selection.indices].reshape(-1, poses.shape[1])
-    return _Chosen(task, selection, chosen, poses[:0], excluded)
 
 
 def _allowed(demands: _Demands, task: Task, kept: Clearance) -> NDArray[np.bool_]:
@@ -607,6 +600,7 @@ def _spares(
     do so too.
     """
     mechanism = demands.mechanism
+    together = poses.shape[1]
     few = np.flatnonzero(allowed)[:: -(-len(poses) // _THINNED)]
     is_chosen = np.zeros(len(poses), dtype=np.bool_)
     is_chosen[chosen] = True
@@ -614,9 +608,10 @@ def _spares(
     looked_at[few] = True
     some = np.flatnonzero(looked_at)
     is_chosen = is_chosen[some]
-    rows = task.rows(poses[some], demands.rows)
+    rows = _grouped(task.rows(_flat(poses[some]), demands.rows), together)
     limit = mechanism.workspace.conditioning_limit / 2 if mechanism.workspace else np.inf
-    safe = mechanism.singularity_measures(poses[some])[2] <= limit
+    conditioning = mechanism.singularity_measures(_flat(poses[some]))[2]
+    safe = np.asarray(conditioning.reshape(-1, together).max(axis=1) <= limit)
     if np.count_nonzero(safe & ~is_chosen) < count:
         safe[:] = True
     # Poses that may be missed count for little, but keep the information regular.

@@ -19,7 +19,7 @@ from symkin.model.mechanism import Mechanism
 from symkin.model.settings import height_of_bed
 from symkin.planning.selection import Task
 
-__all__ = ["is_probing", "where_observed"]
+__all__ = ["dealt", "is_probing", "where_observed"]
 
 Array = NDArray[np.float64]
 
@@ -66,6 +66,7 @@ class ObservedTask(Task):
         return PRIORS_HOLD
 
 
+_PAIRINGS = 4  # times that every pose is paired with another one
 _FREE_ROOM = 1e-9  # m, by which rounding may put a plane beyond the workspace
 
 
@@ -76,6 +77,16 @@ def is_probing(mechanism: Mechanism, observe: Observed | None) -> bool:
         and observe.kinds == ("height",)
         and mechanism.pose_space == "translating"
     )
+
+
+def dealt(poses: Array, together: int, seed: int) -> Array:
+    """Candidates of so many poses each, shape (n, together, coordinates); each pose is in a few."""
+    if together == 1:
+        return poses[:, None]
+    random = np.random.default_rng(seed)
+    even = len(poses) - len(poses) % together
+    order = np.concatenate([random.permutation(len(poses))[:even] for _ in range(_PAIRINGS)])
+    return np.asarray(poses[order].reshape(-1, together, poses.shape[1]))
 
 
 def where_observed(mechanism: Mechanism, observe: Observed | None, poses: Array) -> Array:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin.analysis.observability import RowKind
-from symkin.analysis.observed import Observing
+from symkin.analysis.observed import Observed, Observing
 from symkin.analysis.promises import ExpectedAccuracy, thinned
 from symkin.analysis.workspace import WorkspaceSample
 from symkin.errors import NotIdentifiableError, SymkinError
@@ -23,6 +23,7 @@ from symkin.model.poses import pose_rows
 from symkin.options import checks
 from symkin.planning.accuracy import predict_accuracy, require_joint
 from symkin.planning.making import default_design, in_visiting_order, make_plan, usual_visit
+from symkin.planning.observing import where_observed
 from symkin.planning.plan import Plan
 from symkin.planning.selection import Criterion, Design, design_tasks
 from symkin.results import Result
@@ -119,7 +120,7 @@ class PoseCountCurve(Result):
         """
         check_wanted(self.mechanism, position, orientation)
         limits = np.array([np.inf if each is None else each for each in (position, orientation)])
-        size, low, high = _orbit_size(self.mechanism, self.settings["design"]), 0, 0
+        size, low, high = _together(self.mechanism, self.candidates, self.settings), 0, 0
         points: dict[int, _Point] = {}
 
         def reaches(orbits: int) -> bool:
@@ -307,7 +308,7 @@ def pose_count_curve(
     mechanism : Mechanism
         The nominal one.
     candidates : WorkspaceSample, or array_like of shape (n, coordinates)
-        Poses to choose from, over which the error is averaged too.
+        Poses to choose from, over which the error is averaged too; moved as `make_plan` does.
     counts : sequence of int, optional
         Numbers of poses, by default 25 from the number p of a leg's parameters to 10 p; with
         unknowns, p is the least number of poses that bring as many conditions.
@@ -332,7 +333,7 @@ def pose_count_curve(
     mechanism = as_mechanism(mechanism)
     if not 0 < least_gain < 1:
         raise SymkinError(f"the least gain is {least_gain:g}; expected a share between 0 and 1")
-    cloud = pose_rows(candidates)
+    cloud = where_observed(mechanism, Observed.of(mechanism, observe), pose_rows(candidates))
     known = {name: value for name, value in unknowns.items() if value is not None}
     asked = known if observe is None else {"observe": observe, **known}
     surveyed = _survey_of(mechanism, cloud, asked)
@@ -512,9 +513,12 @@ def check_wanted(mechanism: Mechanism, position: float | None, orientation: floa
             raise SymkinError(f"the {name} error wanted is {value:g}; expected a positive one")
 
 
-def _orbit_size(mechanism: Mechanism, design: Design) -> int:
+def _together(mechanism: Mechanism, cloud: NDArray[np.float64], settings: Mapping[str, Any]) -> int:
     """Poses that are chosen together."""
-    (task, *_) = design_tasks(mechanism, design, use_symmetry=True)
+    survey = _survey_of(mechanism, cloud, settings)
+    if survey is not None:
+        return survey.together
+    (task, *_) = design_tasks(mechanism, settings["design"], use_symmetry=True)
     return len(task.elements) if task.is_orbit else 1
 
 
@@ -536,8 +540,9 @@ def _least(mechanism: Mechanism, cloud: NDArray[np.float64], settings: Mapping[s
     survey = _survey_of(mechanism, cloud, settings)
     if survey is None:
         return mechanism.least_poses
-    _, conditions, columns = survey.rows(cloud[:1]).shape
-    return -(-int(columns) // int(conditions))
+    rows = survey.rows(cloud[: survey.together])
+    conditions = int(rows.any(axis=2).sum())
+    return survey.together * -(-int(rows.shape[2]) // max(conditions, 1))
 
 
 def _counts(
@@ -546,13 +551,13 @@ def _counts(
     settings: Mapping[str, Any],
     counts: Sequence[int] | None,
 ) -> list[int]:
-    """Counts to try, ascending, as whole orbits."""
+    """Counts to try, ascending, as whole orbits or pairs."""
     if counts is None:
         p = _least(mechanism, cloud, settings)
         counts = np.rint(np.geomspace(p, _LARGEST * p, _POINTS)).astype(int).tolist()
     if not len(counts):
         raise SymkinError("counts is empty; expected the numbers of poses to try")
-    size = _orbit_size(mechanism, settings["design"])
+    size = _together(mechanism, cloud, settings)
     return sorted({-(-count // size) * size for count in counts})
 
 

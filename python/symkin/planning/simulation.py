@@ -16,7 +16,6 @@ from symkin import _core
 from symkin.analysis.homes import with_usable_home
 from symkin.analysis.observed import NO_NOISE, Observable, Observed
 from symkin.data.measurements import Measurements
-from symkin.data.observables import words_between_rows
 from symkin.data.reading import write_measurements
 from symkin.estimate.changes import changed_observations, changed_poses
 from symkin.estimate.survey import FIRST_ROW
@@ -164,7 +163,10 @@ def simulate_observed(
     made = actual is None
     actual = disturb(mechanism, seed) if actual is None else actual
     require_same_shape(actual, mechanism)
-    sets = [_core.PoseSet(leg, plan.poses[rows], wanted) for leg, rows, wanted in _sets(plan)]
+    sets = [
+        _core.PoseSet(leg, plan.poses[rows], wanted, _together(observed, len(rows), wanted))
+        for leg, rows, wanted in _sets(plan)
+    ]
     as_usual = observed == _FULL_POSES and not changes and not mechanism.noise.varies
     noise = mechanism.noise if as_usual else NO_NOISE
     result = _core.simulate(actual.core, mechanism.core, sets, noise_of(noise), seed)
@@ -180,7 +182,7 @@ def simulate_observed(
     )
     if made:
         actual = with_usable_home(actual, measurements.poses)
-    order = _order_taken(plan, measurements)
+    order = _order_taken(plan, result)
     if changes:
         in_order = with_sessions(measurements.subset(order), changes)
         what = changes_of(
@@ -190,7 +192,7 @@ def simulate_observed(
         measurements = observed.measure(measurements, mechanism.noise, seed, what.noise)
         measurements = changed_observations(measurements, observed.base or (), what)
     else:
-        if words_between_rows().intersection(observed.kinds):  # as the table has the rows
+        if observed.together > 1:  # as the table has the rows
             measurements, order = measurements.subset(order), np.arange(len(order))
         if not as_usual:
             measurements = observed.measure(measurements, mechanism.noise, seed)
@@ -200,16 +202,17 @@ def simulate_observed(
     return Simulation(measurements, actual, tuple(result.replaced), mechanism, plan)
 
 
-def _order_taken(plan: Plan, taken: Measurements) -> NDArray[np.intp]:
+def _together(observed: Observed, *counts: int) -> int:
+    """How many rows spares replace together; of a plan that was not made in pairs, one."""
+    return 1 if any(count % observed.together for count in counts) else observed.together
+
+
+def _order_taken(plan: Plan, result: _core.Simulation) -> NDArray[np.intp]:
     """Rows of what was taken, set by set, in the order in which the plan visits them."""
-    places = np.zeros(len(taken.poses), dtype=np.intp)
+    taken, own = np.array(result.rows, dtype=np.intp), result.measurements.leg_sets
+    places = np.zeros(len(taken), dtype=np.intp)
     for leg, rows, _ in _sets(plan):
-        own = np.flatnonzero(taken.leg_sets == leg)
-        away = taken.readings[own, None] - plan.readings[None, rows]
-        if plan.mechanism.reading_unit == "rad":
-            away = np.remainder(away + np.pi, 2 * np.pi) - np.pi
-        # Robots with errors are elsewhere than told, but their sensors show what was commanded.
-        places[own] = rows[np.nansum(np.square(away), axis=2).argmin(axis=1)]
+        places[own == leg] = rows[taken[own == leg]]
     return np.argsort(places, kind="stable")
 
 

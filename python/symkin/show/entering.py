@@ -71,7 +71,7 @@ def obeyed(session: Session, line: str) -> str:
     elif key == "u":
         return f"Row {session.undo()} is taken back."
     else:
-        session.add(_row(line.strip(), entries_of(session.columns)))
+        session.add(_row(line.strip(), entries_of(session.asked_columns)))
         verdict = session.verdict
         return "" if verdict is None else verdict_text(verdict)
     return ""
@@ -89,7 +89,7 @@ def entered(session: Session, fields: Mapping[str, str]) -> None:
         For an empty field and for what is no number, naming it; nothing is written then.
     """
     row = {}
-    for entry in entries_of(session.columns):
+    for entry in entries_of(session.asked_columns):
         text = fields.get(entry.column, "").strip()
         if text:
             row[entry.column] = _number(text, entry)

@@ -64,6 +64,7 @@ def progress_text(session: Session, progress: Progress) -> str:
 def ask_text(session: Session, ask: Ask) -> str:
     """The pose to measure, and what commands it."""
     again = "" if ask.repeat_of is None else f" (row {ask.repeat_of} again)"
+    again += "" if ask.partner is None else f" (measured with row {ask.partner})"
     ahead = f", then {plural(len(ask.ahead), 'pose')}" if len(ask.ahead) else ""
     lines = [
         f"next {ask.row}{again}{ahead}",

@@ -72,8 +72,8 @@ def plan_page(plan: Plan) -> Page:
     mechanism, expected, basis = plan.mechanism, plan.expected, plan.basis
     wanted, spares = int((~plan.spare).sum()), int(plan.spare.sum())
     beside = f"and {plural(spares, 'spare')}"
-    if basis is not None and basis.survey is not None and basis.survey.is_in_pairs:
-        beside = "in pairs: the first and the second, the third and the fourth, ..."
+    if basis is not None and basis.survey is not None and basis.survey.together > 1:
+        beside += ", in pairs: the first and the second, the third and the fourth, ..."
     headlines: list[Headline] = [("Poses", count(wanted), beside)]
     judgement = "The poses were read from a file, which does not say how they were chosen"
     if basis is not None:
@@ -260,7 +260,7 @@ def _survey_text(survey: Survey) -> str:
     of = " of the target" if {"pose", "position", "orientation", "distance"} & set(kinds) else ""
     text = f"Observed will be {' and '.join(['the readings', *kinds])}{of}; unknown are "
     text += f"{plural(len(survey.unknowns), 'scalar')}: {_few(survey.unknowns)}."
-    if survey.is_in_pairs:
+    if survey.together > 1:
         text += " Poses are in pairs, one behind the other: rows 1 and 2, 3 and 4, and so on."
     priors = int(np.isfinite(survey.priors).sum())
     return f"{text} Priors of {count(priors)} of them count too." if priors else text

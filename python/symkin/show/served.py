@@ -47,7 +47,7 @@ def session_state(session: Session, told: str = "") -> dict[str, Any]:
         "ask": None if ask is None else _told(session, ask),
         "entries": [
             {"name": each.name, "unit": each.unit, "column": each.column, "read": each.is_reading}
-            for each in entries_of(session.columns)
+            for each in entries_of(session.asked_columns)
         ],
         "progress": " ".join(progress_text(session, found).partition("\n[")[0].split()),
         "share": found.rows / max(whole, 1),

@@ -13,6 +13,7 @@ from symkin.planning.selection import select_poses
 
 FEW = {"candidates": 200, "seed": 1}
 ACCURACY = 1.5e-4
+ENOUGH = 8e-4
 
 
 @pytest.fixture(scope="module")
@@ -128,6 +129,48 @@ def test_never_is_said_where_no_pose_shows_what_is_wanted():
     assert progress.never
     assert progress.position_floor > 1e-3
     assert any(name.endswith("base_azimuth") for name in progress.unseen)
+
+
+def test_pairs_are_asked_for_pose_by_pose_and_measured_at_the_second(tmp_path):
+    delta = symkin.load("linear_delta").with_device("caliper on prints")
+    device = SimulatedDevice(delta, seed=2, observe="separation")
+    asked = {"candidates": 60, "seed": 1}
+    session = delta.measure(ENOUGH, tmp_path / "s", **asked)
+    first = session.next()
+    assert first.partner is None
+    assert len(session.asked_columns) == 3  # readings: the other pose is yet to come
+    with pytest.raises(SymkinError, match="not a column"):
+        session.add({"pair1_distance_m": 0.1})
+    session.add({})
+    second = session.next()
+    assert second.partner == first.row
+    assert second.pose == pytest.approx(first.ahead[0])
+    session.fail("lost")  # so the pair is none, and another one is asked for
+    assert session.next().partner is None
+    session = measured(session, device, rows=8)
+    assert session.progress.rows == 9
+    again = delta.measure(ENOUGH, tmp_path / "s", **asked)
+    assert again.next().pose == pytest.approx(session.next().pose)
+    # A distance that is wrong, a repeat of both poses that decides, and both rows are dropped.
+    session.add(device(session.next()))
+    ask = session.next()
+    row = device(ask)
+    session.add({**row, "pair1_distance_m": row["pair1_distance_m"] + 5e-3})
+    assert session.resolve().doubtful == ask.row
+    repeats = []
+    for _ in ask.partner, ask.row:
+        repeats.append(session.next())
+        session.add(device(repeats[-1]))
+    assert [each.repeat_of for each in repeats] == [ask.partner, ask.row]
+    assert repeats[1].partner == repeats[0].row
+    assert session.resolve().decided == "row"
+    assert session.progress.rows == 11
+    session.undo()
+    assert session.progress.rows == 9
+    measured(session, device)
+    assert session.progress.reached
+    found = symkin.identify(tmp_path / "s" / "robot.toml", tmp_path / "s" / "measured.csv")
+    assert found.expected_accuracy().position_bound < 1.05 * ENOUGH
 
 
 def test_estimated_noise_needs_twenty_degrees_of_freedom(robot):

@@ -404,10 +404,9 @@ def test_poses_are_chosen_in_pairs_for_what_calipers_measure_between_them():
         symkin.plan(robot, 23, candidates=300, seed=1, method=method)
         for method in ("exchange", "random")
     )
-    assert len(chosen.poses) == 24
-    assert not chosen.spare.any()
+    assert np.flatnonzero(chosen.spare).tolist() == list(range(24, 36))
     np.testing.assert_allclose(chosen.poses[:, 2], 0, atol=1e-12)  # on the bed
-    lengths = np.linalg.norm(np.diff(chosen.poses[:, :2], axis=0), axis=1)[::2]
+    lengths = np.linalg.norm(np.diff(chosen.poses[:24, :2], axis=0), axis=1)[::2]
     assert chosen.expected.up_to_frames
     assert chosen.expected.position < 0.9 * dealt.expected.position
     assert lengths.min() > 0.02  # m: as far apart as a bed of 0.12 m lets most of them be
@@ -417,7 +416,7 @@ def test_poses_are_chosen_in_pairs_for_what_calipers_measure_between_them():
     assert found.least < found.chi_square < found.limit
     # As drawn, what is promised is what an estimate has.
     drawn = symkin.Measurements.of(
-        chosen.poses, chosen.readings, pose_space="translating", reading_unit="m"
+        chosen.poses[:24], chosen.readings[:24], pose_space="translating", reading_unit="m"
     )
     exact = symkin.identify(robot, chosen.basis.survey.observed.exact(drawn))
     promised = {each.name: each.deviation for each in chosen.unknowns}
@@ -426,5 +425,19 @@ def test_poses_are_chosen_in_pairs_for_what_calipers_measure_between_them():
         np.sqrt(np.diag(exact.model_covariance)),
         rtol=1e-3,
     )
-    with pytest.raises(SymkinError, match="no spares"):
-        symkin.plan(robot, 10, candidates=100, spares=2)
+    # A pair of which one pose is out of the robot's reach is replaced by another pair.
+    poses = chosen.poses.copy()
+    poses[5] = [0.5, 0.5, 0.0]
+    broken = dataclasses.replace(chosen, poses=poses, basis=None)
+    again = symkin.simulate(robot, broken, 1)
+    assert again.replaced == (2,)
+    expected = np.delete(chosen.readings[:26], [4, 5], axis=0)
+    np.testing.assert_allclose(again.measurements.readings, expected, atol=1e-3)
+    with pytest.raises(SymkinError, match="no minimum distance"):
+        symkin.plan(robot, 10, candidates=100, minimum_distance=0.01)
+    curve = symkin.pose_count_curve(robot, chosen.candidates, [11, 24], seed=1)
+    assert curve.counts.tolist() == [12, 24]
+    np.testing.assert_allclose(curve.position[1], chosen.expected.position, rtol=0.02)
+    needed = curve.for_accuracy(position=1.2 * curve.position_bound[1])
+    assert 12 < needed.count <= 24
+    assert needed.count % 2 == 0
