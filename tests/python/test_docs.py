@@ -265,6 +265,11 @@ def test_every_name_of_a_public_module_is_in_the_reference():
         assert set(names) - documented == set(), module
 
 
+def test_the_groups_of_shipped_mechanisms_are_those_of_the_page():
+    table = runpy.run_path(str(DOCS / "figures" / "groups.py"))["table"]
+    assert (DOCS / "figures" / "groups.md").read_text(encoding="utf-8") == table()
+
+
 def test_the_check_of_the_site_finds_broken_links_and_what_is_loaded_from_elsewhere(tmp_path):
     check = runpy.run_path(str(DOCS.parent / "scripts" / "check_site.py"))["complaints"]
     (tmp_path / "b.html").write_text('<h1 id="here">b</h1><a href="a.html#x">a</a>')
