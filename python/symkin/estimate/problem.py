@@ -238,7 +238,8 @@ class Problem:
         seen = self.measurements.points
         points = seen is not None and bool(np.isfinite(seen).any())
         if points and (base or self._is_free("point")):
-            return self._with_points(base, target)
+            made = self._with_points(base, target)
+            return dataclasses.replace(made, setup=self._as_held(made.setup))
         if not (base or target):
             return self
         return self._with_posed_frames(base, target)

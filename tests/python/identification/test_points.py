@@ -167,6 +167,11 @@ def test_places_that_are_given_are_held_and_empty_ones_are_found(hexapod, tracke
     np.testing.assert_allclose(found.frames.points[1], PLACES["spatial"][1], atol=1e-4)
 
 
+def test_what_is_held_of_the_base_is_as_drawn(hexapod, tracked):
+    held = symkin.identify(hexapod, tracked[1][:20], frames=["base"], fixed=["base.x"])
+    assert held.mechanism.frames.base[0] == 0
+
+
 def test_a_base_in_the_file_is_held(hexapod, tracked):
     robot = hexapod.replace(frames=Frames(base=BASES["spatial"]))
     found = symkin.identify(robot, tracked[1])
