@@ -88,6 +88,17 @@ def test_a_drift_that_is_an_unknown_is_not_tested_for(paper, sound):
     assert [test for test in change_tests(found) if (test.what, test.leg) == ("drift", -1)]
 
 
+@pytest.mark.parametrize("noise", [None, "estimate"])
+def test_positions_that_stay_behind_by_a_share_of_the_last_move_are_told(paper, sound, noise):
+    taken = sound.measurements.for_all_legs()
+    poses = np.array(taken.poses)
+    poses[1:, :2] -= 0.01 * np.diff(poses[:, :2], axis=0)
+    found = symkin.identify(paper, dataclasses.replace(taken, poses=poses), noise=noise)
+    (told,) = (each for each in found.doubts if each.code == "lags")
+    assert told.size == pytest.approx(0.01, rel=0.1)
+    assert "stay behind by 1.0" in str(told)
+
+
 def test_the_score_is_the_estimate_to_first_order(paper, plan):
     simulation = symkin.simulate(paper, plan, 1, changes={"leg2.drift": "0.2 mrad"})
     found = symkin.identify(paper, simulation.measurements, "joint")

@@ -606,18 +606,33 @@ def test_a_bent_sensor_is_told_with_what_helps_and_by_how_much():
     assert "predicts poses that the fit did not see worse" in doubt.cause
 
 
+def at_random(robot, seed):
+    """Measured at 40 poses that nobody planned."""
+    sample = symkin.sample_workspace(robot, 1000, seed=1).poses
+    poses = sample[np.random.default_rng(seed).permutation(len(sample))[:40]]
+    readings, everywhere = robot.inverse_kinematics(poses), np.full(40, -1)
+    none = np.zeros(40, dtype=bool)
+    plan = symkin.Plan(robot, everywhere, np.arange(40), none, poses, readings)
+    return symkin.simulate(robot, plan, seed).measurements
+
+
 def test_poses_that_nobody_planned_are_no_reason_for_doubt():
     """They say nothing of some parameters, which the end effector does not need."""
     robot = symkin.load_mechanism("rotary_delta")
-    sample = symkin.sample_workspace(robot, 1000, seed=1).poses
-    for seed in range(5):
-        poses = sample[np.random.default_rng(seed).permutation(len(sample))[:40]]
-        readings, everywhere = robot.inverse_kinematics(poses), np.full(40, -1)
-        none = np.zeros(40, dtype=bool)
-        plan = symkin.Plan(robot, everywhere, np.arange(40), none, poses, readings)
-        found = symkin.identify(robot, symkin.simulate(robot, plan, seed).measurements)
+    for seed in range(1, 6):
+        found = symkin.identify(robot, at_random(robot, seed))
         assert found.trustworthy
         assert {"parameters-weak", "parameters-unneeded"} & {note.code for note in found.notes}
+
+
+def test_noise_estimated_from_rows_that_do_not_belong_together_is_no_excuse_for_them():
+    """Estimated as a fifth of a metre, it leaves a robot that is as likely as the drawing."""
+    robot = symkin.load_mechanism("rotary_delta")
+    taken = at_random(robot, 0).for_all_legs()
+    assert symkin.identify(robot, taken, noise="estimate").trustworthy
+    random = np.random.default_rng(0)
+    mixed = replace(taken, readings=random.permuted(taken.readings, axis=0))
+    assert "noise-hides-robot" in codes_of(doubts_of(robot, mixed, noise="estimate"))
 
 
 @pytest.mark.parametrize(("name", "estimator"), [("3RRR", "implicit"), ("rotary_delta", "joint")])

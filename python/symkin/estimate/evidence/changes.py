@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Tests for what changes while a robot is measured: drift, steps, growth, backlash, a late clock.
+"""Tests for what changes while a robot is measured: drift, steps, growth, backlash, a late device.
 
 Every term is a covariate of the rows whose slope was held at zero. One step from the estimate says
 how large it would be and how many standard deviations that is, once all that the unknowns could
@@ -53,6 +53,7 @@ Array = NDArray[np.float64]
 _TRIM = 2  # rows before the first and after the last step that is looked for
 _RANK = 1e-9  # of the largest singular value
 _SILENT = 1e-6  # of a column: the unknowns explain all of it
+_SMALL_LAG = 0.5  # of the last move
 _PER_LEG, _GROWS = "one", "all"  # names of covariates that are 1 in every row
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 
@@ -64,7 +65,7 @@ class ChangeTest(Value):
     Attributes
     ----------
     what : str
-        "drift", "step", "growth", "backlash" or "clock".
+        "drift", "step", "growth", "backlash", "clock" or "lag".
     name : str
         Of the slope, as an unknown: ``leg2.drift``, ``step63.x``, ``growth``, ``clock``.
     leg : int
@@ -159,6 +160,7 @@ def change_tests(found: Found, apart: Sequence[int] = ()) -> tuple[ChangeTest, .
     square = float(np.square(rows.residual).sum())
     drops = {each.kind: _drop(rows, terms, each.kind) for each in terms}
     drop, count = max(drops.values())
+    most = drop  # what legs do as they come to rest looks a little like a lag
     scale = np.sqrt(max((square - drop) / max(rows.spare - count, 1), 1.0))
     counts = {step: sum((each.what == "step") == step for each in terms) for step in (False, True)}
     tests, before = [], usual(square, rows.spare)
@@ -168,21 +170,24 @@ def change_tests(found: Found, apart: Sequence[int] = ()) -> tuple[ChangeTest, .
         statistic = -float(np.sum(term.left * rows.residual) / length / scale)
         drop, many = drops[term.kind]
         left_over = usual(square - drop, rows.spare - many)
+        size = float(statistic * scale / length)
         tests.append(
             ChangeTest(
                 what=term.what,
                 name=name,
                 leg=term.leg,
                 row=term.row,
-                size=float(statistic * scale / length),
+                size=size,
                 deviation=float(scale / length),
                 unit=unit,
                 statistic=statistic,
                 p_value=term.p_of(abs(statistic)),
                 limit=ALARMS / counts[term.what == "step"],
                 seen=float(length / term.length),
-                explains=left_over or drop > (square - rows.spare) / 2,
-                whole=left_over and not before,
+                explains=(left_over or drop > (square - rows.spare) / 2)
+                and (term.what != "lag" or drop == most),
+                # By half a move is no first order: readings may stand in other rows.
+                whole=left_over and not before and (term.what != "lag" or abs(size) < _SMALL_LAG),
             )
         )
     return tuple(tests)
@@ -219,6 +224,17 @@ def _terms(found: Found, rows: Rows) -> Iterator[_Term]:
     late = [_along(rows, each) for each in late_clock(found.nominal, measured)]
     if late:  # the same time in all that was seen
         yield from _term(rows, "clock", "", -1, np.sum(late, axis=0))
+    yield from _term(rows, "lag", "", -1, _lag(found.nominal.space.position, rows, measured.poses))
+
+
+def _lag(axes: Sequence[str], rows: Rows, poses: Array) -> Array:
+    """Of positions that stay behind by a share of the last move, n x r."""
+    moves = np.nan_to_num(np.diff(poses[rows.order, : len(axes)], axis=0))
+    column = np.zeros_like(rows.residual)
+    for i, axis in enumerate(axes):
+        if axis in rows.components:
+            column[1:] -= moves[:, [i]] * rows.by_base[1:, :, rows.components.index(axis)]
+    return column
 
 
 def _along(rows: Rows, late: Covariate) -> Array:
@@ -390,7 +406,10 @@ def _names(found: Found, terms: Sequence[_Term]) -> tuple[list[str], tuple[str, 
             own if not each.of else f"{each.of}.{own}" if each.leg >= 0 else f"{own}.{each.of}"
         )
     full = [f"leg1.{each}" if each == "growth" else each for each in names]
-    return names, slope_units(found.nominal, full, {"growth": per})
+    units = slope_units(found.nominal, full, {"growth": per})
+    return names, tuple(
+        "" if each == "lag" else unit for each, unit in zip(names, units, strict=True)
+    )
 
 
 _CODES = {
@@ -399,6 +418,7 @@ _CODES = {
     "growth": "grows",
     "backlash": "has-backlash",
     "clock": "clock-late",
+    "lag": "lags",
 }
 CHANGES = frozenset(_CODES.values())
 
@@ -420,6 +440,7 @@ def doubts_of_changes(tests: Sequence[ChangeTest]) -> Iterator[Doubt]:
         "growth": {"growth": True},
         "backlash": {"backlash": True},
         "clock": {"clock_offset": True},
+        "lag": {},
     }
     legs = (worst.leg,) if worst.leg >= 0 else ()
     component = worst.name.partition(".")[2]
@@ -442,6 +463,8 @@ def _amount(test: ChangeTest) -> str:
     if test.what == "growth":
         per = "/K" if test.unit else ""
         return f"{1e6 * test.size:+.0f} +- {1e6 * test.deviation:.0f} ppm{per}"
+    if test.what == "lag":
+        return f"{100 * test.size:.3g} +- {100 * test.deviation:.2g} %"
     return thousandths(test.size, test.deviation, test.unit)
 
 

@@ -126,6 +126,11 @@ DOUBTS: Mapping[str, Code] = {
         "identify this robot by itself",
     ),
     # Residuals against the declared noise.
+    "noise-hides-robot": Code(
+        "the estimated noise is {size:.3g} times what is declared, and so large that the drawing "
+        "knows the end effector as well: readings and poses may not belong together",
+        "look whether every row's readings are those of its pose",
+    ),
     "residuals-large": Code(
         "{who}chi-square is {ratios} per degree of freedom ({degrees} of them), above {limits} "
         "which 1 of 1000 sound robots exceeds: residuals are {size:.2g} times what the declared "
@@ -223,6 +228,11 @@ DOUBTS: Mapping[str, Code] = {
         "the measuring device shows where the robot was {amount} before its readings: the clocks "
         "of the two are not alike{evidence}",
         "identify with {options}, or measure at rest",
+    ),
+    "lags": Code(
+        "measured positions stay behind by {amount} of the last move: the robot had not come to "
+        "rest, or the measuring device smooths or is late{evidence}",
+        "wait longer before a pose is measured",
     ),
     "sessions-noise": Code(
         "the noise of session {session} is {times} times that of the others{evidence}",

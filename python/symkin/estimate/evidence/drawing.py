@@ -25,6 +25,7 @@ from symkin.model.poses import POSE_SPACES, cross_matrices, transforms
 from symkin.model.tolerances import UNKNOWN, parameter_tolerances
 
 __all__ = [
+    "hiding_noise",
     "implausible_parameters",
     "strained_ties",
     "unknown_parameters",
@@ -37,6 +38,8 @@ Array = NDArray[np.float64]
 _NAMED = 3
 _LISTED = 6
 _NONSENSE = 30.0  # times the noise: what residuals so large say of a robot is none of it
+_MANY_TIMES = 10.0  # what is declared
+_AS_WELL = 0.9  # of what is left unknown of the end effector
 _SENSOR_TERMS = ("sensor_quadratic", "sensor_cosine", "sensor_sine")
 # Share of the squared distance from the drawing that a common movement must explain to be named.
 _EXPLAINED = 0.5
@@ -147,14 +150,43 @@ def _platform_is_known(found: Found) -> bool:
     """Whether the end effector is known better over the workspace than by the drawing alone."""
     if found.spread > _NONSENSE:
         return False
+    known = _with_and_without(found)
+    if known is None:
+        return False
+    after, before = known
+    return after.position <= before.position and after.orientation <= before.orientation
+
+
+def _with_and_without(found: Found) -> tuple[Expected, Expected] | None:
+    """How well the end effector is known from the measurements, and by the drawing alone."""
     tolerances = np.array([each.tolerance for each in found.first_unknowns])
     if not np.isfinite(tolerances).all():
-        return False
+        return None
     drawn = dataclasses.replace(found, covariance=np.diag(tolerances**2))
     after, before = Expected.of(found), Expected.of(drawn)
-    if after is None or before is None:
-        return False
-    return after.position <= before.position and after.orientation <= before.orientation
+    return None if after is None or before is None else (after, before)
+
+
+def hiding_noise(found: Found) -> Iterator[Doubt]:
+    """Say that the noise was estimated so large that the measurements tell nothing of the robot.
+
+    Chi-square, by which such residuals show else, is what that noise was made for.
+    """
+    if not found.noise_is_estimated:
+        return
+    declared = found.nominal.noise
+    pairs = [
+        (getattr(found.noise, what), getattr(declared, what))
+        for what in ("position", "orientation", "reading")
+    ]
+    times = max((own / said for own, said in pairs if said > 0), default=0.0)
+    if times > _MANY_TIMES and (known := _with_and_without(found)):
+        after, before = known
+        if (
+            after.position > _AS_WELL * before.position
+            or after.orientation > _AS_WELL * before.orientation > 0
+        ):
+            yield Doubt("noise-hides-robot", size=times)
 
 
 def weak_parameters(found: Found) -> Iterator[Note]:

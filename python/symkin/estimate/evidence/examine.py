@@ -26,6 +26,7 @@ from symkin.estimate.evidence.corrections import (
     likely_cause,
 )
 from symkin.estimate.evidence.drawing import (
+    hiding_noise,
     implausible_parameters,
     strained_ties,
     unknown_parameters,
@@ -191,7 +192,7 @@ def _noticed(
         symptoms += [*implausible_parameters(found), *strained_ties(found)]
     if changes:  # which say what is alike
         symptoms = [each for each in symptoms if not each.code.startswith("neighbours-")]
-    symptoms += unknown_parameters(found)
+    symptoms += [*hiding_noise(found), *unknown_parameters(found)]
     symptoms += coarse_readings(taken) if symptoms else []
     # What can be asked for instead comes first: the rest may be due to that.
     symptoms.sort(key=lambda each: not each.options)
