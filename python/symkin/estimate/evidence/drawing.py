@@ -159,10 +159,15 @@ def _platform_is_known(found: Found) -> bool:
 
 def _with_and_without(found: Found) -> tuple[Expected, Expected] | None:
     """How well the end effector is known from the measurements, and by the drawing alone."""
-    tolerances = np.array([each.tolerance for each in found.first_unknowns])
-    if not np.isfinite(tolerances).all():
+    variances = np.square([each.tolerance for each in found.first_unknowns])
+    # What changed while it was measured is no part of the drawing, and moves no end effector.
+    changes = found.options.covariates(found.mechanism, found.measurements)
+    slopes = {each.name.partition("_")[0] for each in changes}
+    own = [bool(slopes & {*name.split(".")}) for name in found.names]
+    variances = np.where(own, np.diag(found.covariance), variances)
+    if not np.isfinite(variances).all():
         return None
-    drawn = dataclasses.replace(found, covariance=np.diag(tolerances**2))
+    drawn = dataclasses.replace(found, covariance=np.diag(variances))
     after, before = Expected.of(found), Expected.of(drawn)
     return None if after is None or before is None else (after, before)
 
