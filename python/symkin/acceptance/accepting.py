@@ -109,13 +109,14 @@ def accept(
     for kind, limit in wanted.items():
         if limit is None:
             continue
+        measured = tested.errors_of(kind)
         errors, own = tested.part(kind), tested.uncertainty(kind)
         stated = given[kind]
         if stated is not None:
             own = np.where(np.isnan(own), np.nan, stated)
         _require_uncertainty(kind, own)
         of_frame = fitted if kind == "position" else 0
-        known = tested.errors_of(kind), own[np.isfinite(own).all(axis=1)]
+        known = measured, own[np.isfinite(own).all(axis=1)]
         over_all = limits_of_rms(*known, limit, fitted=of_frame)
         means = [_mean_of(errors[rows], own[rows]) for rows in visits]
         limits[kind] = [each and limits_of_rms(*each, limit) for each in means]

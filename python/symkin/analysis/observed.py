@@ -15,6 +15,7 @@ from symkin.data.error_axes import drawn_along
 from symkin.data.measurements import Measurements
 from symkin.data.observables import OBSERVABLES, words_between_rows, words_with
 from symkin.errors import SymkinError, one_of
+from symkin.model.devices import DEVICES
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import (
     POSE_SPACES,
@@ -26,7 +27,7 @@ from symkin.model.poses import (
     vectors_from_rotations,
 )
 from symkin.model.settings import Frames, NoiseSettings, height_of_bed
-from symkin.options import Observable
+from symkin.options import OPTIONS, Observable
 
 __all__ = ["Observable", "Observed", "Observing"]
 
@@ -107,8 +108,10 @@ class Observed:
             (kind,) = words_with(what)
             if (kind in kinds) != bool(len(values)):
                 raise SymkinError(
-                    f'{what} are {"" if values else "not "}given, but "{kind}" is '
-                    f"{'not ' if values else ''}observed; expected both or neither"
+                    f'{what} are given, but "{kind}" is not observed; expected both or neither'
+                    if values
+                    else f'{what} are not given, but "{kind}" is observed; expected {what} under '
+                    f"[frames] of the mechanism's file{_or_device(what)}"
                 )
         if not 0 <= self.missing < 1:
             raise SymkinError(f"missing is {self.missing:g}; expected a fraction from 0 to below 1")
@@ -347,3 +350,10 @@ def _pose_array(space: str, poses: Transform, errors: Array) -> Array:
 
 
 NO_NOISE = NoiseSettings(1e-300, 0.0, 0.0)  # none at all is refused, as a slip
+
+
+def _or_device(what: str) -> str:
+    """Devices that would give what a file does not."""
+    kinds = [f'"{each.kind}"' for each in DEVICES.values() if what in each.observe and each.points]
+    flag = OPTIONS["device_kind"].flag
+    return f", or a device that has some: {flag} {' or '.join(kinds)}" if kinds else ""

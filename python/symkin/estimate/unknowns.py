@@ -179,7 +179,7 @@ class Layout(Value):
         shared = [shared] if isinstance(shared, str) else list(shared)
         if "growth" in per:  # of one part as of another
             shared = [*shared, "growth"]
-        ties = [_tie(names, pattern, sorts) for pattern in shared]
+        ties = [_tie(names, pattern, sorts, shared) for pattern in shared]
         late = {i for i in slopes if sorts[i][0] == CLOCK}
         chosen -= {i for i in slopes - late if scalars[i].startswith(CLOCK)}
         ties += [late] * bool(late)
@@ -601,19 +601,34 @@ def _curved(mechanism: Mechanism, names: _Names, sensor: Sensor) -> set[int]:
     return {i for name, i in names.index.items() if name.partition(".")[2] in _CURVATURE[sensor]}
 
 
-def _tie(names: _Names, pattern: str, sorts: Sequence[object]) -> set[int]:
+def _tie(
+    names: _Names, pattern: str, sorts: Sequence[tuple[object, ...]], asked: Sequence[str]
+) -> set[int]:
     """Scalars that a pattern shares; those of different sorts would each be by themselves."""
     tie = names.matching("shared", [pattern])
     if len({sorts[scalar] for scalar in tie}) == len(tie):
         found = [names.scalars[scalar] for scalar in sorted(tie)]
         own = found[0].partition(".")[2]
         shown = ", ".join(found[:2]) + ", ..." * (len(found) > 2)
-        unlike = f"; unlike names: --tie '{found[0]} = {found[1]}'" if len(found) > 1 else ""
         raise SymkinError(
             f'shared "{pattern}" ties nothing: it matches {shown}; expected one pattern of the '
-            f'same parameter in several legs, such as "{own}", or "leg[12].{own}" of two{unlike}'
+            f'same parameter in several legs, such as "{own}", or "leg[12].{own}" of two'
+            f"{_tie_instead(names, min(tie), sorts, (*tie, *names.matching('shared', asked)))}"
         )
     return tie
+
+
+def _tie_instead(
+    names: _Names, first: int, sorts: Sequence[tuple[object, ...]], asked: Sequence[int]
+) -> str:
+    """Say how two names are tied: with what was asked for as well, or the same of another leg."""
+    alike = [i for i, sort in enumerate(sorts) if sort == sorts[first]]
+    _, unit, *_ = sorts[first]
+    others = [i for i in (*sorted(asked), *alike) if i != first and sorts[i][1] == unit]
+    if not others:
+        return ""
+    pair = sorted((first, others[0]))
+    return f"; of two names: --tie '{' = '.join(names.scalars[i] for i in pair)}'"
 
 
 def _equations(

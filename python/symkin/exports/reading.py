@@ -589,7 +589,10 @@ class _Config:
                     "mechanism files need no import: symkin identify takes them"
                 ) from error
             reason = " ".join(str(error).split())
-            raise SymkinError(f"{path}: is not a printer.cfg: {reason}") from error
+            raise SymkinError(
+                f"{path}: is not a printer.cfg: {reason}; expected a printer.cfg, a model (URDF, "
+                "SDF or MJCF) or a log"
+            ) from error
         included = [name for name in self._parser.sections() if name.startswith("include ")]
         self.notes = [f"[{name}] was not read" for name in included]
 

@@ -120,6 +120,8 @@ def test_rows_held_out_are_accepted_where_chi_square_rises_by_their_degrees(
     away = symkin.accept(found.mechanism, later, 1e-5, frames=["base"])
     assert away.verdict == "fail"
     assert away.judged[0].limits.observed == pytest.approx(judged.limits.observed, rel=0.3)
+    with pytest.raises(SymkinError, match="no row has a measured orientation, of which a"):
+        symkin.accept(found, later, 1e-4, orientation_tolerance=1e-3)
     with pytest.raises(SymkinError, match="where they are on the platform"):
         symkin.accept(hexapod, later, 1e-4)
 

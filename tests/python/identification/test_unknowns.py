@@ -115,9 +115,15 @@ def test_a_prior_of_its_own_may_have_a_unit(paper):
         ({"sensor": "cubic"}, "sensor is 'cubic'; expected \"linear\""),
         ({"fixed": ["leg*"]}, "nothing is free"),
         ({"shared": ["sensor_gain", "leg[12].sensor_*"]}, "leg1.sensor_gain is shared twice"),
-        ({"shared": ["leg1.base_radius", "leg2.base_radius"]}, 'such as "base_radius"'),
+        (
+            {"shared": ["leg1.proximal_length", "leg3.base_radius"]},
+            "--tie 'leg1.proximal_length = leg3.base_radius'",
+        ),
         ({"shared": ["leg1.*"]}, "ties nothing: it matches leg1.proximal_length, "),
-        ({"shared": "leg1.sensor_gain"}, "ties nothing: it matches leg1.sensor_gain; "),
+        (
+            {"shared": "leg2.sensor_gain"},
+            "leg2.sensor_gain; .* \"sensor_gain\", .* --tie 'leg1.sensor_gain = leg2.sensor_gain'",
+        ),
     ],
 )
 def test_what_means_nothing_is_refused_with_what_would(paper, options, message):
