@@ -10,11 +10,12 @@ import pytest
 
 import symkin
 from symkin.cli import app
+from symkin.cli.options import Measured
 from symkin.errors import SymkinError
 from symkin.estimate.fleet import identify_robots
 from symkin.estimate.options import EstimateOptions
 from symkin.files import mechanism_schema
-from symkin.model.settings import IdentificationSettings, ProtocolSettings
+from symkin.model.settings import IdentificationSettings, NoiseSettings, ProtocolSettings
 from symkin.options import OPTIONS
 
 FUNCTIONS: dict[str, Callable[..., Any]] = {
@@ -183,3 +184,9 @@ def test_a_value_that_an_option_cannot_have_is_refused(name, wrong, expected):
 )
 def test_a_value_that_an_option_can_have_is_taken(name, right):
     OPTIONS[name].check(right)
+
+
+def test_the_noise_of_a_command_is_all_that_a_file_may_say_of_it():
+    noise = NoiseSettings(2e-5, 3e-5, 4e-5, 5e-6, 6e-5, 7e-6, "z")
+    said = [f"{name}={value}" for name, value in vars(noise).items()]
+    assert Measured(noise=said).on(symkin.load_mechanism("3RRR")).noise == noise

@@ -26,6 +26,7 @@ from symkin.errors import QuantityError, SymkinError
 from symkin.estimate.survey import Unknowns
 from symkin.estimate.unknowns import Priors
 from symkin.files.mechanism_file import load_columns
+from symkin.files.mechanism_schema import noise_kinds
 from symkin.model.file_frames import drawn_frames, own_frames
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import Frames, MeasurementColumns
@@ -215,29 +216,24 @@ class Measured:
             mechanism = mechanism.with_device(self.device_kind)
         if self.noise is None or (estimates and self.estimated):
             return mechanism
-        units = {"position": "m", "orientation": "rad", "reading": mechanism.reading_unit}
-        units |= {"per_metre": "1", "along": "m", "along_per_metre": "1"}
-        said: dict[str, float] = {}
+        kinds = noise_kinds(mechanism.reading_unit)
+        said: dict[str, Any] = {}
         for each in several_of(self.noise) or ():
-            name, equal, text = each.partition("=")
-            known = equal and name in units
-            value = quantity_of(text, units[name], "--noise") if known else math.nan
-            if value < 0:
-                raise typer.BadParameter(
-                    f'"{each}" is negative; expected a standard deviation', param_hint="--noise"
-                )
-            if not value >= 0:
+            name, _, text = each.partition("=")
+            if name not in kinds or not text.strip():
                 what = '"estimate", or ' if estimates else ""
                 raise typer.BadParameter(
-                    f'"{each}" is no noise; expected {what}{", ".join(units)} with a standard '
-                    'deviation each, such as "position=20 um"',
+                    f'"{each}" is no noise; expected {what}{", ".join(kinds)} with a value each, '
+                    'such as "position=20 um"',
                     param_hint="--noise",
                 )
-            said[name] = value
+            try:
+                said[name] = kinds[name].read(_spaced(text))
+            except SymkinError as error:
+                raise typer.BadParameter(f"{name} {error}", param_hint="--noise") from error
         if "position" in said:  # of which a device's preset would be more
             said.setdefault("per_metre", 0.0)
-        noise = dataclasses.replace(mechanism.noise, **said)  # type: ignore[arg-type]
-        return mechanism.replace(noise=noise)
+        return mechanism.replace(noise=dataclasses.replace(mechanism.noise, **said))
 
 
 @dataclasses.dataclass(frozen=True)

@@ -321,6 +321,19 @@ _HEADER_KINDS: dict[str, Kind] = {
 HEADER = table(_HEADER_KINDS | dict.fromkeys(_SECTIONS, Kind(lambda raw: raw, {})), ("schema",))
 
 
+def noise_kinds(unit: str) -> dict[str, Kind]:
+    """What [noise] may have, and the option of its name; `unit` is that of the readings."""
+    return {
+        "position": quantity("m", "not negative"),
+        "orientation": quantity("rad", "not negative"),
+        "reading": quantity(unit, "not negative", "in the sensor's unit"),
+        "per_metre": quantity("1", "not negative", "m of position for each m from the device"),
+        "along": quantity("m", "not negative", "of a position along the direction"),
+        "along_per_metre": quantity("1", "not negative", "m along it for each m from the device"),
+        "direction": choice(*DIRECTIONS),
+    }
+
+
 @functools.cache
 def mechanism_table(
     chains: tuple[str, ...], platform: str, reading_unit: str, default: str | None
@@ -340,20 +353,7 @@ def mechanism_table(
     space = POSE_SPACES[info.pose_space]
     coordinates = info.box
     limit = one_or_list(_limit(unit), 1, _MOST_LEGS)
-    noise = table(
-        {
-            "position": quantity("m", "not negative"),
-            "orientation": quantity("rad", "not negative"),
-            "reading": quantity(unit, "not negative", "in the sensor's unit"),
-            "per_metre": quantity("1", "not negative", "m of position for each m from the device"),
-            "along": quantity("m", "not negative", "of a position along the direction"),
-            "along_per_metre": quantity(
-                "1", "not negative", "m along it for each m from the device"
-            ),
-            "direction": choice(*DIRECTIONS),
-        },
-        settings=NoiseSettings,
-    )
+    noise = table(noise_kinds(unit), settings=NoiseSettings)
     sections: dict[str, Kind] = {
         "chain": choice(*chains),
         "platform": choice(platform),

@@ -140,8 +140,17 @@ def test_a_file_of_another_kind_is_named_and_what_was_expected(
     refused("compare", protocol, table, words=told)
     into = ("--out", tmp_path / "imported")
     refused("import", table, *into, words="measurements.csv: is a table; expected a printer.cfg")
-    noise = ("--noise", "position=-1mm")
-    refused("identify", "3RRR", table, *noise, words='"position=-1mm" is negative')
+    for noise, words in {
+        "position=-1mm": "position is -1 mm; expected a value that is not negative",
+        "direction=up": "direction is 'up'; expected 'beam' or 'x'",
+        "heading=1mm": 'expected "estimate", or position, orientation, reading,',
+    }.items():
+        refused("identify", "3RRR", table, "--noise", noise, words=words)
+    text = tmp_path / "notes.txt"
+    text.write_text("measured on Monday\n")
+    refused("import", text, *into, words="; expected a printer.cfg, a model (URDF, SDF or MJCF)")
+    seen = ("plan", "3RRR", "--observe", "points")
+    refused(*seen, *into, words='--device-kind "laser tracker, 3 reflectors" or "CMM"')
 
 
 def test_fewer_poses_than_parameters_are_refused(
