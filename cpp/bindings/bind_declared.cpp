@@ -27,8 +27,9 @@ using Joints =
 using Transforms = std::vector<symkin::declared::TransformValues>;
 using Steps = std::vector<std::tuple<std::string, int>>;
 using Loops = std::vector<std::tuple<Steps, Steps, std::string, int, int>>;
+using Uses = std::vector<std::tuple<std::string, int, int, double>>;
 using Scalars =
-    std::vector<std::tuple<std::string, int, int, symkin::End, symkin::ParameterKind, bool>>;
+    std::vector<std::tuple<std::string, int, int, symkin::End, symkin::ParameterKind, bool, Uses>>;
 
 template <typename Value>
 Value named(const std::map<std::string, Value>& values, const std::string& name) {
@@ -39,13 +40,17 @@ Value named(const std::map<std::string, Value>& values, const std::string& name)
   return found->second;
 }
 
-std::vector<Step> steps_of(const Steps& given) {
+Step step_of(const std::string& kind, int index) {
   static const std::map<std::string, Step::Kind> kinds = {{"transform", Step::Kind::transform},
                                                           {"joint", Step::Kind::joint},
                                                           {"pose", Step::Kind::pose}};
+  return {named(kinds, kind), index};
+}
+
+std::vector<Step> steps_of(const Steps& given) {
   std::vector<Step> steps;
   for (const auto& [kind, index] : given) {
-    steps.push_back({named(kinds, kind), index});
+    steps.push_back(step_of(kind, index));
   }
   return steps;
 }
@@ -96,8 +101,11 @@ Declaration make_declaration(const std::string& name, const std::string& space,
     made.leg.loops.push_back({steps_of(left), steps_of(right), named(comparisons, compares),
                               length_transform, length_joint});
   }
-  for (const auto& [scalar, transform, slot, end, kind, held] : scalars) {
-    made.leg.scalars.push_back({scalar, transform, static_cast<Slot>(slot), {end, kind}, held});
+  for (const auto& [scalar, transform, slot, end, kind, held, uses] : scalars) {
+    made.leg.scalars.push_back({scalar, transform, static_cast<Slot>(slot), {end, kind}, held, {}});
+    for (const auto& [at, index, of, factor] : uses) {
+      made.leg.scalars.back().uses.push_back({step_of(at, index), static_cast<Slot>(of), factor});
+    }
   }
   return made;
 }

@@ -50,6 +50,7 @@ class _Leg:
         assert chain is not None
         self.name, self.chain = f"leg{number + 1}", chain
         self.own = {**chain.nominal, **mechanism.legs[number].parameters}
+        self._numbers, self._ratios = chain.numbers_with(self.own)
         self.platform, self.yaw = platform, yaw
         self.bodies: list[Body] = []
         self.couplings: list[Coupling] = []
@@ -134,7 +135,8 @@ class _Leg:
 
     def _moved(self, end: _End, index: int) -> _End:
         """A body behind a joint."""
-        kind, axis, read, follows, ratio, offset = self.chain.joints[index]
+        kind, axis, read, follows, _, offset = self.chain.joints[index]
+        ratio = self._ratios[index]
         called, along = f"{self.name}_joint{index + 1}", np.array(axis, dtype=float)
         zero = 0.0
         if follows == -1:
@@ -188,10 +190,7 @@ class _Leg:
         return np.asarray(np.arctan2(turned[:, 1, 0], turned[:, 0, 0]))
 
     def _transform(self, index: int) -> Array:
-        numbers = list(self.chain.transforms[index])
-        for name, transform, slot, *_ in self.chain.scalars:
-            if transform == index:
-                numbers[slot] = self.own[name]
+        numbers = self._numbers[index]
         azimuth, *place = numbers[:4]
         roll, pitch, yaw = numbers[4:7]
         matrix = np.eye(4)

@@ -297,7 +297,10 @@ def _chain(
     chain = dataclasses.replace(chain, home_joints=home_joints, table=written)
     chains = [_reading(chain, each, builder.names[each]) for each in read[1:] and read] or [chain]
     redundant = _core.redundant_scalars([each.core() for each in chains])
-    held = [[*each[:5], each[5] or shown] for each, shown in zip(scalars, redundant, strict=True)]
+    held = [
+        [*each[:5], each[5] or shown, each[6]]
+        for each, shown in zip(scalars, redundant, strict=True)
+    ]
     return [dataclasses.replace(each, scalars=held) for each in chains]
 
 

@@ -46,10 +46,13 @@ _JOINT = re.compile(
     r"(?:(?P<name>[A-Za-z]\w*)\s*:\s*)?(?P<kind>\[[RP]\]|[RPUCS])(?P<axes>(?:\s+[xyz])*)"
     r"(?:\s*=\s*(?P<rule>.+))?"
 )
+_FACTOR = r"(?P<sign>-?)\s*(?P<ratio>[0-9.]+(?:[eE][-+]?\d+)?)?\s*\*?\s*"
 _RULE = re.compile(
-    r"(?P<sign>-?)\s*(?P<ratio>[0-9.]+(?:[eE][-+]?\d+)?)?\s*\*?\s*(?P<joint>[A-Za-z]\w*)"
+    _FACTOR + r"(?:(?P<number>[A-Za-z]\w*)(?:\s*\*\s*|\s+))?(?P<joint>[A-Za-z]\w*)"
     r"(?:\s*(?P<plus>[-+])\s*(?P<offset>.+))?"
 )
+# Another number of the leg; no unit or function has such a name.
+_NAMED = re.compile(_FACTOR + r"(?P<number>[A-Za-z]\w*_\w+)")
 _NAME = re.compile(r"[A-Za-z]\w*")
 _EXPECTED = (
     'expected "name: [R] z" with R, P, U or C, an axis x, y or z (two of a U, none in the plane), '
@@ -105,6 +108,8 @@ class LegBuilder:
         self._exact: list[set[str]] = []
         self._frozen: dict[int, dict[str, float]] = {}
         self._lengths: dict[int, str] = {}  # transforms that are the length of a rod
+        # Of a transform and slot, or a joint and "": the number that it names, and a factor.
+        self._named: dict[tuple[str, int, str], tuple[int, str, float]] = {}
 
     def is_of_platform(self, index: int) -> bool:
         """Whether a transform stands on the platform's side."""
@@ -197,6 +202,7 @@ class LegBuilder:
     def scalars(self) -> tuple[list[list[Any]], dict[str, float], list[str]]:
         """The parameters: what each is, its drawn value, and which of them are exact."""
         ends = self._ends()
+        uses = self._uses(ends)
         scalars: list[list[Any]] = []
         nominal: dict[str, float] = {}
         exact = []
@@ -217,10 +223,28 @@ class LegBuilder:
                 if own in nominal:
                     raise SymkinError(f"two numbers are called {own}")
                 is_exact = slot in self._exact[index]
-                scalars.append([own, index, SLOTS.index(slot), end, kind, is_exact])
+                places = uses.get((index, slot), [])
+                scalars.append([own, index, SLOTS.index(slot), end, kind, is_exact, places])
                 nominal[own] = float(self.values[index][slot])
                 exact += [own] * is_exact
         return scalars, nominal, exact
+
+    def _uses(self, ends: Mapping[int, str]) -> dict[tuple[int, str], list[list[Any]]]:
+        """Where else each number stands: kind, index, slot and factor."""
+        uses: dict[tuple[int, str], list[list[Any]]] = {}
+        for (kind, index, slot), (transform, of, factor) in self._named.items():
+            user = f"{self.transforms[index]}_{slot}" if slot else self.names[index]
+            named = f"{self.transforms[transform]}_{of}"
+            places = {named: ends.get(transform)} | ({user: ends.get(index)} if slot else {})
+            for place, end in places.items():
+                if end:  # whose numbers change with its frame
+                    raise SymkinError(
+                        f"{user} names {named}, and {place} belongs to the {end}; expected numbers "
+                        "of links"
+                    )
+            number = SLOTS.index(slot) if slot else 0
+            uses.setdefault((transform, of), []).append([kind, index, number, factor])
+        return uses
 
     def written(self, table: Mapping[str, Any]) -> _Values:
         """The table with the turns of ``aim`` in numbers."""
@@ -343,7 +367,7 @@ class LegBuilder:
         if found is None:
             raise WrongValueError(f'follows "{rule}"; expected such as "-a" or "2 a + 0.3 rad"')
         if found["joint"] == self.turn and self.turn not in self.names:
-            ratio = float(found["ratio"] or 1) * (-1 if found["sign"] else 1)
+            ratio = self._ratio(found, letter, "R")
             offset = evaluate_quantity(found["offset"], "rad") if found["offset"] else 0.0
             return _POSE_YAW, ratio, -offset if found["plus"] == "-" else offset
         if found["joint"] not in self.names:
@@ -354,11 +378,39 @@ class LegBuilder:
         joint = self.names.index(found["joint"])
         if self.joints[joint][3] != -1:
             raise WrongValueError(f"follows {found['joint']}, which follows another joint itself")
-        ratio = float(found["ratio"] or 1) * (-1 if found["sign"] else 1)
+        ratio = self._ratio(found, letter, self.joints[joint][0])
         offset = 0.0
         if found["offset"]:
             offset = evaluate_quantity(found["offset"], "rad" if letter == "R" else "m")
         return joint, ratio, -offset if found["plus"] == "-" else offset
+
+    def _ratio(self, rule: re.Match[str], letter: str, followed: str) -> float:
+        """What a joint, the next, is times the one that it follows."""
+        if rule["number"] is None:
+            return _factor(rule)
+        if (letter, followed) != ("P", "R"):
+            raise WrongValueError(
+                f"has {rule['number']}, a length, for its ratio; expected a P that follows an R"
+            )
+        return self._name_number("joint", len(self.joints), "", rule)
+
+    def _name_number(self, kind: str, index: int, slot: str, found: re.Match[str]) -> float:
+        """The drawn value of what is a number before it, times a factor."""
+        numbers = {
+            f"{name}_{of}": (transform, of)
+            for transform, name in enumerate(self.transforms)
+            for of in self._estimated[transform]
+            if of in _LENGTHS and transform not in self._lengths
+        }
+        if found["number"] not in numbers:
+            raise WrongValueError(
+                f"names {found['number']}, no x, y or z that is written before it"
+                f"{did_you_mean(found['number'], list(numbers))}",
+                (slot,) if slot else (),
+            )
+        transform, of = numbers[found["number"]]
+        self._named[kind, index, slot] = transform, of, _factor(found)
+        return _factor(found) * self.values[transform][of]
 
     def _joint(
         self,
@@ -394,20 +446,31 @@ class LegBuilder:
         _check_keys(raw, _KEYS)
         index = self._add_transform(_name_of(raw, f"link_{len(self.transforms) + 1}"))
         values, estimated = self.values[index], self._estimated[index]
+        named_slots = []
         for slot in SLOTS:
-            if slot in raw:
-                values[slot] = _number(raw[slot], "m" if slot in _LENGTHS else "rad", (slot,))
-                estimated.append(slot)
+            if slot not in raw:
+                continue
+            number, length = raw[slot], slot in _LENGTHS
+            named = _NAMED.fullmatch(number.strip()) if isinstance(number, str) and length else None
+            if named:
+                values[slot] = self._name_number("transform", index, slot, named)
+                named_slots.append(slot)
+                continue
+            values[slot] = _number(number, "m" if length else "rad", (slot,))
+            estimated.append(slot)
         if "aim" in raw:
             self.aimed.append(index)
         errors = raw.get("errors", [])
         if errors == "all":
             errors = _PLANAR_ERRORS if self.planar else _ERRORS
+            errors = [slot for slot in errors if slot not in named_slots]
         for slot in errors:
             if slot not in _ERRORS:
                 raise WrongValueError(
                     f'is {errors!r}; expected "all" or some of {_ERRORS}', ("errors",)
                 )
+            if slot in named_slots:
+                raise WrongValueError(f"has {slot!r}, which names another number", ("errors",))
             if slot not in estimated:
                 estimated.append(slot)
         exact = raw.get("exact", False)
@@ -415,7 +478,8 @@ class LegBuilder:
             exact = list(estimated)
         for slot in exact or []:
             if slot not in estimated:
-                raise WrongValueError(f"has {slot!r}, which is not written", ("exact",))
+                why = "names another number" if slot in named_slots else "is not written"
+                raise WrongValueError(f"has {slot!r}, which {why}", ("exact",))
             self._exact[index].add(slot)
         return index
 
@@ -471,6 +535,10 @@ def _table(raw: Mapping[str, Any], key: str) -> Mapping[str, Any]:
     if not isinstance(value, dict):
         raise WrongValueError("is not a table; expected one of x, y, z", (key,))
     return value
+
+
+def _factor(found: re.Match[str]) -> float:
+    return float(found["ratio"] or 1) * (-1 if found["sign"] else 1)
 
 
 def _number(raw: Any, unit: str, keys: tuple[str, ...]) -> float:

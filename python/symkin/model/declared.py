@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 import json
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -39,7 +39,8 @@ class DeclaredChain:
         Kind of the poses.
     joints, transforms, loops, scalars : list
         What the core is told, in lists and plain values; see ``_core.Declaration``. A scalar is
-        [name, transform, slot, end, kind, held].
+        [name, transform, slot, end, kind, held, uses], and a use, where else it stands,
+        [kind, index, slot, factor]: in another transform, or as a joint's ratio.
     home_pose, home_joints : list of float
         The branch: a row of a pose array, and there the joints that stand by themselves.
     free : list of int
@@ -89,11 +90,30 @@ class DeclaredChain:
         told = {**vars(self), "table_name": "", "reading": "", "joints": joints, "table": {}}
         return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()[:8]
 
+    def numbers_with(
+        self, parameters: Mapping[str, float]
+    ) -> tuple[list[list[float]], list[float]]:
+        """The numbers of all transforms, and the ratios of all joints, of a leg."""
+        numbers = [list(each) for each in self.transforms]
+        ratios = [float(joint[4]) for joint in self.joints]
+        for name, transform, slot, *_, uses in self.scalars:
+            value = parameters[name]
+            numbers[transform][slot] = value
+            for kind, index, of, factor in uses:
+                if kind == "joint":
+                    ratios[index] = factor * value
+                else:
+                    numbers[index][of] = factor * value
+        return numbers, ratios
+
     def core(self) -> _core.Declaration:
         """What the core is told."""
         scalars = [
-            (name, transform, slot, _core.End[end], _core.ParameterKind[kind], held)
-            for name, transform, slot, end, kind, held in self.scalars
+            (
+                *(name, transform, slot, _core.End[end], _core.ParameterKind[kind], held),
+                list(map(tuple, uses)),
+            )
+            for name, transform, slot, end, kind, held, uses in self.scalars
         ]
         return _core.Declaration(
             self.name,

@@ -178,6 +178,50 @@ TEST(DeclaredModel, StandsAtHomeAsItsMirrorImageDoes) {
   EXPECT_LT((readings + of_images).cwiseAbs().maxCoeff(), 1e-12);
 }
 
+// A cable that leaves a pulley at its rim's y, which the arc is times the angle as well.
+TEST(DeclaredModel, MirrorsARatioThatIsANumber) {
+  const auto t = Step::Kind::transform;
+  const auto j = Step::Kind::joint;
+  Declaration made{"cable declared", PoseSpace::planar, {}, Vector::Zero(3), Vector(3), {}, false};
+  const Joint turn;
+  Joint length = turn;
+  length.kind = JointKind::slide;
+  length.axis = Eigen::Vector3d::UnitX();
+  Joint arc = length;
+  length.read = true;
+  arc.follows = 0;
+  arc.ratio = -0.05;
+  made.leg.joints = {turn, length, arc, turn};
+  made.leg.transforms = {{0.3, 2}, {0, 0, 0.05}, {0.2, 0.3}};
+  made.leg.loops = {{{{t, 0}, {j, 0}, {t, 1}, {j, 1}, {j, 2}, {j, 3}},
+                     {{Step::Kind::pose}, {t, 2}},
+                     Compares::planar_pose}};
+  made.leg.scalars = {
+      scalar("base.azimuth", 0, Slot::azimuth, End::base, ParameterKind::axis_azimuth),
+      scalar("base.x", 0, Slot::x, End::base, ParameterKind::coordinate),
+      scalar("rim.y", 1, Slot::y, End::none, ParameterKind::mirrored_coordinate),
+      scalar("platform.azimuth", 2, Slot::azimuth, End::platform, ParameterKind::axis_azimuth),
+      scalar("platform.x", 2, Slot::x, End::platform, ParameterKind::coordinate)};
+  made.leg.scalars[2].uses = {{{j, 2}, Slot::x, -1}};
+  made.home_joints << kPi, 1.7, 0;
+  made.home_joints = joints_at_home(made.leg, pose_of(PoseSpace::planar, made.home_pose.data()),
+                                    made.home_joints, {true, true, false});
+  const auto model = declared_model(made);
+  Vector parameters(8), mirrored(8);
+  parameters << 0.3, 2, 0.06, 0.2, 0.3, 1, 1.02, 0.1;
+  mirrored << -0.3, 2, -0.06, -0.2, 0.3, -1, 1.02, 0.1;
+  const RowMatrix poses = some_poses();
+  RowMatrix images = poses;
+  images.rightCols(2) *= -1;
+  Vector readings(4), of_images(4), other(4);
+  model->inverse_kinematics(parameters, 1, poses, readings);
+  model->inverse_kinematics(mirrored, 1, images, of_images);
+  EXPECT_LT((readings - of_images).cwiseAbs().maxCoeff(), 1e-12);
+  parameters[2] = 0.05;
+  model->inverse_kinematics(parameters, 1, poses, other);
+  EXPECT_GT((readings - other).cwiseAbs().minCoeff(), 1e-3);
+}
+
 TEST(DeclaredModel, HoldsWhatOthersShow) {
   Declaration declaration = planar_rrr();
   declaration.leg.scalars.push_back(

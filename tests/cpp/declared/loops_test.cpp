@@ -152,7 +152,25 @@ TEST_P(DeclaredLegs, HaveColumnsAndWorkThatDifferencesConfirm) {
       description.scalars.push_back({"", static_cast<int>(i), static_cast<Slot>(slot), {}, false});
     }
   }
+  // The first transform's x stands as another one's z, too, and as every ratio.
+  constexpr std::size_t kShared = 1;
+  const int last = static_cast<int>(description.transforms.size()) - 1;
+  description.scalars.erase(description.scalars.end() - kSlots + static_cast<int>(Slot::z));
+  std::vector<Use>& uses = description.scalars[kShared].uses;
+  uses.push_back({{Step::Kind::transform, last}, Slot::z, -0.5});
+  for (std::size_t i = 0; i < description.joints.size(); ++i) {
+    if (description.joints[i].follows != Joint::kOwn) {
+      uses.push_back({{Step::Kind::joint, static_cast<int>(i)}, Slot::x, 1.5});
+    }
+  }
+  Vector drawn(static_cast<Index>(description.scalars.size()));
+  for (std::size_t i = 0; i < description.scalars.size(); ++i) {
+    const Scalar& each = description.scalars[i];
+    drawn[static_cast<Index>(i)] = description.transforms[static_cast<std::size_t>(each.transform)]
+                                                         [static_cast<std::size_t>(each.slot)];
+  }
   Loops loops(description);
+  loops.set_scalars(drawn);
   const Pose pose = pose_of(leg.home_pose);
   const Joints joints = joints_of(leg.home_joints);
   loops.walk(pose, joints);
@@ -178,18 +196,16 @@ TEST_P(DeclaredLegs, HaveColumnsAndWorkThatDifferencesConfirm) {
     EXPECT_NEAR(by_joint, work.joints[i], 1e-8) << "joint " << i;
   }
   for (std::size_t i = 0; i < description.scalars.size(); ++i) {
-    const Scalar& scalar = description.scalars[i];
     const double by_scalar = differs([&](double step) {
-      std::vector<TransformValues> values = description.transforms;
-      values[static_cast<std::size_t>(scalar.transform)][static_cast<std::size_t>(scalar.slot)] +=
-          step;
-      loops.set_transforms(values);
+      Vector moved = drawn;
+      moved[static_cast<Index>(i)] += step;
+      loops.set_scalars(moved);
       loops.walk(pose, joints);
       return closure.dot(loops.residual());
     });
     EXPECT_NEAR(by_scalar, work.scalars[i], 1e-8) << "scalar " << i;
   }
-  loops.set_transforms(description.transforms);
+  loops.set_scalars(drawn);
   const int coordinates = leg.platform == "schoenflies" ? 3 : 6;  // another turn is not its own
   for (int i = 0; i < coordinates; ++i) {
     const double by_pose = differs([&](double step) {

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 import symkin
+from symkin.errors import MechanismFileError
 from symkin.files.declared_parts import rotation_of
 from symkin.model.poses import transforms
 from symkin.planning.simulation import disturb
 
 FILE = Path(__file__).parents[3] / "mechanisms" / "declared" / "cables8_pulleys.toml"
-RADIUS = 0.02
 
 
 @pytest.fixture(scope="module")
@@ -29,6 +29,7 @@ def joints(parameters: dict[str, float], poses: np.ndarray) -> tuple[np.ndarray,
         own = np.array([parameters[f"{end}_{axis}"] for axis in "xyz"])
         return rotation_of("z", parameters[f"{end}_azimuth"]) @ own
 
+    radius = parameters["pulley_x"]
     axis = rotation_of("z", parameters["base_azimuth"]) @ rotation_of("y", parameters["base_pitch"])
     small = np.array([parameters["base_rx"], parameters["base_ry"], 0.0])
     angle = np.linalg.norm(small)
@@ -40,9 +41,9 @@ def joints(parameters: dict[str, float], poses: np.ndarray) -> tuple[np.ndarray,
     ends = platform.translation + platform.rotation @ place("platform")
     w = (ends - place("base")) @ axis
     out, up = np.hypot(w[:, 0], w[:, 1]), w[:, 2]
-    tangent = np.sqrt((out - RADIUS) ** 2 + up**2 - RADIUS**2)
-    departs = np.arctan2(up, out - RADIUS) + np.arctan2(tangent, RADIUS)
-    return np.arctan2(w[:, 1], w[:, 0]), RADIUS * (np.pi - departs) + tangent
+    tangent = np.sqrt((out - radius) ** 2 + up**2 - radius**2)
+    departs = np.arctan2(up, out - radius) + np.arctan2(tangent, radius)
+    return np.arctan2(w[:, 1], w[:, 0]), radius * (np.pi - departs) + tangent
 
 
 def test_readings_are_those_of_the_closed_form_about_each_axis(robot: symkin.Mechanism) -> None:
@@ -59,16 +60,47 @@ def test_readings_are_those_of_the_closed_form_about_each_axis(robot: symkin.Mec
             np.testing.assert_allclose(shown - turns, 0, atol=1e-11)
 
 
-def test_tilts_of_the_axes_are_identified(robot: symkin.Mechanism) -> None:
+def test_tilts_and_radii_are_identified_and_saved(robot: symkin.Mechanism, tmp_path: Path) -> None:
+    tilt, radius = map(robot.parameter_names.index, ("base_rx", "pulley_x"))
     plan = symkin.plan(robot, 24, design="mechanism", method="random", candidates=60, seed=1)
-    simulation = symkin.simulate(robot, plan, 1)
+    values = disturb(robot, seed=1).parameters.copy()
+    values[:, radius] += 0.01
+    actual = robot.with_parameters(values)
+    simulation = symkin.simulate(robot, plan, 1, actual)
     found = symkin.identify(robot, simulation.measurements)
     assert found.converged
     assert not found.unexplained
-    off = (found.mechanism.parameters - simulation.actual.parameters) / found.deviations
+    off = (found.mechanism.parameters - actual.parameters) / found.deviations
     assert np.nanmax(np.abs(off)) < 4.5
-    tilt = robot.parameter_names.index("base_rx")
     assert (found.deviations[:8, tilt] < robot.tolerances.angle).all()
+    assert (found.deviations[:4, radius] < robot.tolerances.length).all()
+    path = tmp_path / "calibrated.toml"
+    found.mechanism.save(path)
+    again = symkin.load_mechanism(path)
+    np.testing.assert_array_equal(again.parameters, found.mechanism.parameters)
+    readings = found.mechanism.inverse_kinematics(plan.poses)
+    np.testing.assert_array_equal(again.inverse_kinematics(plan.poses), readings)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("-pulley_x wrap", "-puley_x wrap", r"path\[7\]: names puley_x.*mean \"pulley_x\""),
+        ('"-pulley_x"', '"-puley_x"', r"path\[5\].x: names puley_x.*mean \"pulley_x\""),
+        ("-pulley_x wrap", "-base_x wrap", "base_x belongs to the base"),
+        ('x = "0.2 m"', 'x = "10 pulley_x"', "platform_x belongs to the platform"),
+        ("P z = -pulley_x", "R z = -pulley_x", "a length, for its ratio"),
+        ('"-pulley_x" }', '"-pulley_x", exact = ["x"] }', "names another number"),
+        ('"-pulley_x" }', '"-pulley_x", errors = ["x"] }', "names another number"),
+    ],
+)
+def test_a_number_that_cannot_be_named_is_refused(
+    old: str, new: str, told: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "wrong.toml"
+    path.write_text(FILE.read_text(encoding="utf-8").replace(old, new), encoding="utf-8")
+    with pytest.raises(MechanismFileError, match=told):
+        symkin.load_mechanism(path)
 
 
 def test_without_encoders_on_the_swivels_the_lengths_are_the_same(

@@ -48,6 +48,11 @@ double mirror_sign(const Joint& joint) {
   return along_y == (joint.kind == JointKind::turn) ? 1 : -1;
 }
 
+// There x and z of a transform and its turn about y stay, as ratios do that are x or z.
+double mirror_sign(Slot slot) {
+  return slot == Slot::x || slot == Slot::z || slot == Slot::pitch || slot == Slot::ry ? 1 : -1;
+}
+
 // By how much a mirror scales the volume that twists span where this is compared.
 double mirrored_volume(Compares compares) {
   return compares == Compares::pose || compares == Compares::point ||
@@ -74,13 +79,26 @@ Assembly::Assembly(const Description& leg, const Home& home)
     all_.push_back(static_cast<int>(i));
     mirror_signs_[static_cast<Index>(i)] = mirror_sign(joint);
   }
-  for (const Joint& joint : leg.joints) {
+  std::vector<double> ratio_signs(leg.joints.size(), 1);
+  for (const Scalar& scalar : leg.scalars) {
+    const double sign = mirror_sign(scalar.slot);
+    for (const Use& use : scalar.uses) {
+      if (use.at.kind == Step::Kind::joint) {
+        ratio_signs[static_cast<std::size_t>(use.at.index)] = sign;
+      } else {
+        can_be_mirrored_ = can_be_mirrored_ && mirror_sign(use.slot) == sign;
+      }
+    }
+  }
+  for (std::size_t i = 0; i < leg.joints.size(); ++i) {
+    const Joint& joint = leg.joints[i];
     if (joint.follows != Joint::kOwn) {
       const double followed = joint.follows >= 0
                                   ? mirror_sign(leg.joints[static_cast<std::size_t>(joint.follows)])
                                   : -1;
       const double sign = mirror_sign(joint);
-      can_be_mirrored_ = can_be_mirrored_ && sign == followed && (sign > 0 || joint.offset == 0);
+      can_be_mirrored_ =
+          can_be_mirrored_ && sign == ratio_signs[i] * followed && (sign > 0 || joint.offset == 0);
     }
   }
   loops_.walk(home.pose, home.joints);
@@ -126,13 +144,13 @@ MirrorImage Assembly::mirror_image() const {
   return same ? MirrorImage::same : MirrorImage::other_hand;
 }
 
-void Assembly::set_leg(const std::vector<TransformValues>& transforms, bool mirrored) {
+void Assembly::set_leg(ConstVector scalars, bool mirrored) {
   if (mirrored && !can_be_mirrored_) {
     throw ImpossibleLeg(
-        "a joint that follows another one stays in a mirror where that one turns round, so the "
-        "declared leg has no mirror image; expected working_mode = 1");
+        "a joint that follows another one, or a number that names one, stays in a mirror where "
+        "that one turns round, so the declared leg has no mirror image; expected working_mode = 1");
   }
-  loops_.set_transforms(transforms);
+  loops_.set_scalars(scalars);
   home_side_ = mirrored ? mirrored_side_ : drawn_side_;
   home_joints_ = mirrored ? Joints(home_.joints.cwiseProduct(mirror_signs_)) : home_.joints;
 }

@@ -25,7 +25,7 @@ class Assembly {
 
   // Another leg of the same kind; mirrored in the plane of x and z of each joint's frame or not.
   // Ranks stay those of the drawing.
-  void set_leg(const std::vector<TransformValues>& transforms, bool mirrored);
+  void set_leg(ConstVector scalars, bool mirrored);
 
   int closures() const { return closures_; }
   MirrorImage mirror_image() const;  // of the drawn leg

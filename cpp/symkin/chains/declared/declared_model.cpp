@@ -297,14 +297,9 @@ class DeclaredModel final : public ChainModel {
   }
 
   Assembly at(ConstVector parameters) const {
-    std::vector<TransformValues> values = declaration_->leg.transforms;
-    const std::vector<Scalar>& scalars = declaration_->leg.scalars;
-    for (std::size_t i = 0; i < scalars.size(); ++i) {
-      values[static_cast<std::size_t>(scalars[i].transform)]
-            [static_cast<std::size_t>(scalars[i].slot)] = parameters[static_cast<Index>(i)];
-    }
+    const auto count = static_cast<Index>(declaration_->leg.scalars.size());
     Assembly leg = assembly_;
-    leg.set_leg(values, parameters[static_cast<Index>(scalars.size())] < 0);
+    leg.set_leg(parameters.head(count), parameters[count] < 0);
     return leg;
   }
 

@@ -52,6 +52,14 @@ struct Loop {
   int length_joint = -1;
 };
 
+// Where else a number stands, times a factor: in a slot of another transform, or as the ratio of a
+// joint that follows.
+struct Use {
+  Step at;
+  Slot slot = Slot::x;  // of a transform
+  double factor = 1;
+};
+
 // One number of a transform by its name; what is held shows nothing that others do not.
 struct Scalar {
   std::string name;
@@ -59,6 +67,7 @@ struct Scalar {
   Slot slot;
   ParameterRole role;
   bool held = false;
+  std::vector<Use> uses = {};
 };
 
 struct Description {

@@ -150,13 +150,7 @@ RowMatrix joints_at(const Declaration& declaration, ConstVector parameters, Cons
   }
   Assembly leg(drawn, {pose_of(declaration.pose_space, declaration.home_pose.data()),
                        declaration.home_joints});
-  std::vector<TransformValues> values = drawn.transforms;
-  for (std::size_t i = 0; i < drawn.scalars.size(); ++i) {
-    const Scalar& scalar = drawn.scalars[i];
-    values[static_cast<std::size_t>(scalar.transform)][static_cast<std::size_t>(scalar.slot)] =
-        parameters[static_cast<Index>(i)];
-  }
-  leg.set_leg(values, parameters[static_cast<Index>(drawn.scalars.size())] < 0);
+  leg.set_leg(parameters.head(wanted - 1), parameters[wanted - 1] < 0);
   RowMatrix all = RowMatrix::Constant(poses.rows(), declaration.home_joints.size(),
                                       std::numeric_limits<double>::quiet_NaN());
   Joints joints;

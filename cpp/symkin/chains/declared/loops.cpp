@@ -148,13 +148,39 @@ Loops::Loops(const Description& leg) : leg_(&leg), own_(own_joints(leg)) {
                        std::to_string(own_.size()) + " joints; expected at most " +
                        std::to_string(kMostEquations) + " and " + std::to_string(kMostJoints));
   }
-  scalars_of_.resize(leg.transforms.size());
+  of_transforms_.resize(leg.transforms.size());
+  of_ratios_.resize(leg.joints.size());
   for (std::size_t i = 0; i < leg.scalars.size(); ++i) {
-    scalars_of_[static_cast<std::size_t>(leg.scalars[i].transform)].push_back(static_cast<int>(i));
+    const Scalar& scalar = leg.scalars[i];
+    const int number = static_cast<int>(i);
+    of_transforms_[static_cast<std::size_t>(scalar.transform)].push_back({scalar.slot, number, 1});
+    for (const Use& use : scalar.uses) {
+      auto& parts = use.at.kind == Step::Kind::joint ? of_ratios_ : of_transforms_;
+      parts[static_cast<std::size_t>(use.at.index)].push_back({use.slot, number, use.factor});
+    }
   }
+  for (const Joint& joint : leg.joints) {
+    ratios_.push_back(joint.follows == Joint::kOwn ? 1 : joint.ratio);
+  }
+  followed_.resize(leg.joints.size());
   values_.resize(leg.joints.size());
   walked_.resize(leg.loops.size());
   set_transforms(leg.transforms);
+}
+
+void Loops::set_scalars(ConstVector scalars) {
+  std::vector<TransformValues> values = leg_->transforms;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    for (const Part& part : of_transforms_[i]) {
+      values[i][static_cast<std::size_t>(part.slot)] = part.factor * scalars[part.scalar];
+    }
+  }
+  set_transforms(values);
+  for (std::size_t i = 0; i < ratios_.size(); ++i) {
+    for (const Part& part : of_ratios_[i]) {
+      ratios_[i] = part.factor * scalars[part.scalar];
+    }
+  }
 }
 
 void Loops::set_transforms(const std::vector<TransformValues>& values) {
@@ -206,10 +232,11 @@ void Loops::walk(const std::vector<Step>& steps, const Pose& pose, Path& path) c
 void Loops::walk(const Pose& pose, const Joints& own_values) {
   for (std::size_t i = 0; i < values_.size(); ++i) {
     const Joint& joint = leg_->joints[i];
-    const double followed = joint.follows == Joint::kPoseYaw
-                                ? std::atan2(pose.rotation(1, 0), pose.rotation(0, 0))
-                                : own_values[column_[i]];
-    values_[i] = joint.follows == Joint::kOwn ? followed : joint.ratio * followed + joint.offset;
+    followed_[i] = joint.follows == Joint::kPoseYaw
+                       ? std::atan2(pose.rotation(1, 0), pose.rotation(0, 0))
+                       : own_values[column_[i]];
+    values_[i] =
+        joint.follows == Joint::kOwn ? followed_[i] : ratios_[i] * followed_[i] + joint.offset;
   }
   for (std::size_t i = 0; i < walked_.size(); ++i) {
     const Loop& loop = leg_->loops[i];
@@ -286,8 +313,8 @@ Columns Loops::columns() const {
         } else {
           put(loop.compares, move, spin, twist);
         }
-        const double ratio = joint.follows == Joint::kOwn ? 1 : joint.ratio;
-        all.col(column_[index]).segment(row, count) += (left ? ratio : -ratio) * twist;
+        const double ratio = left ? ratios_[index] : -ratios_[index];
+        all.col(column_[index]).segment(row, count) += ratio * twist;
       }
     }
     if (loop.length_joint >= 0) {
@@ -312,8 +339,8 @@ void Loops::work(const Equations& closure, Work& work) const {
       if (loop.length_joint >= 0) {
         work.joints[column_[static_cast<std::size_t>(loop.length_joint)]] -= closure[row];
       } else {
-        for (const int scalar : scalars_of_[static_cast<std::size_t>(loop.length_transform)]) {
-          work.scalars[static_cast<std::size_t>(scalar)] -= closure[row];
+        for (const Part& part : of_transforms_[static_cast<std::size_t>(loop.length_transform)]) {
+          work.scalars[static_cast<std::size_t>(part.scalar)] -= part.factor * closure[row];
         }
       }
     }
@@ -339,10 +366,11 @@ void Loops::work_of_path(const std::vector<Step>& steps, const Path& path, const
       const double by_joint = joint.kind == JointKind::slide
                                   ? frame.axis.dot(force)
                                   : frame.axis.dot(moment_at(frame.start));
-      if (joint.follows == Joint::kPoseYaw) {
-        work.pose[5] += joint.ratio * by_joint;
-      } else {
-        work.joints[column_[index]] += (joint.follows == Joint::kOwn ? 1 : joint.ratio) * by_joint;
+      double& moves = joint.follows == Joint::kPoseYaw ? work.pose[5] : work.joints[column_[index]];
+      moves += ratios_[index] * by_joint;
+      for (const Part& part : of_ratios_[index]) {
+        work.scalars[static_cast<std::size_t>(part.scalar)] +=
+            part.factor * followed_[index] * by_joint;
       }
       continue;
     }
@@ -354,14 +382,13 @@ void Loops::work_of_path(const std::vector<Step>& steps, const Path& path, const
       continue;
     }
     const TransformGeometry& transform = transforms_[index];
-    for (const int each : scalars_of_[index]) {
-      const Slot slot = leg_->scalars[static_cast<std::size_t>(each)].slot;
-      const Vector3d& does = moves_along(slot) ? local_force : at_end;
-      double gained = transform.axes.col(static_cast<int>(slot)).dot(does);
-      if (slot == Slot::azimuth) {
+    for (const Part& part : of_transforms_[index]) {
+      const Vector3d& does = moves_along(part.slot) ? local_force : at_end;
+      double gained = transform.axes.col(static_cast<int>(part.slot)).dot(does);
+      if (part.slot == Slot::azimuth) {
         gained = (frame.rotation.transpose() * moment_at(frame.start)).z();
       }
-      work.scalars[static_cast<std::size_t>(each)] += gained;
+      work.scalars[static_cast<std::size_t>(part.scalar)] += part.factor * gained;
     }
   }
 }

@@ -52,7 +52,8 @@ class Loops {
   // Keeps the description. Throws InvalidInput where it is too large.
   explicit Loops(const Description& leg);
 
-  void set_transforms(const std::vector<TransformValues>& values);
+  // Other numbers than those drawn, in the description's order.
+  void set_scalars(ConstVector scalars);
   int equations() const { return equations_; }
   const std::vector<int>& own() const { return own_; }
 
@@ -90,17 +91,25 @@ class Loops {
     Eigen::Vector3d moment(const Eigen::Vector3d& of_residual, bool is_left) const;
   };
 
+  struct Part {  // of a transform or a ratio
+    Slot slot;
+    int scalar;
+    double factor;
+  };
+
+  void set_transforms(const std::vector<TransformValues>& values);
   void walk(const std::vector<Step>& steps, const Pose& pose, Path& path) const;
   void work_of_path(const std::vector<Step>& steps, const Path& path, const Eigen::Vector3d& force,
                     const Eigen::Vector3d& moment, Work& work) const;
 
   const Description* leg_;
   std::vector<int> own_, column_;  // the joints by themselves; of each joint whose column it moves
-  std::vector<std::vector<int>> scalars_of_;  // of each transform
+  std::vector<std::vector<Part>> of_transforms_, of_ratios_;
   int equations_ = 0;
   std::vector<TransformGeometry> transforms_;
   std::vector<double> lengths_;  // of each transform its x
-  std::vector<double> values_;   // of all joints
+  std::vector<double> ratios_;   // of all joints, to what they follow
+  std::vector<double> followed_, values_;
   std::vector<Walked> walked_;
 };
 

@@ -343,7 +343,9 @@ std::optional<Found> spatial(const Description& leg, bool translating) {
 
 std::optional<Found> matched(const Declaration& declaration) {
   const Description& leg = declaration.leg;
-  if (leg.loops.size() != 1) {
+  const bool shares = std::any_of(leg.scalars.begin(), leg.scalars.end(),
+                                  [](const Scalar& each) { return !each.uses.empty(); });
+  if (leg.loops.size() != 1 || shares) {
     return std::nullopt;
   }
   switch (declaration.pose_space) {
