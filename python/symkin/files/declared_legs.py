@@ -23,7 +23,7 @@ from symkin.model.poses import (
     vectors_from_rotations,
 )
 from symkin.storage.quantities import evaluate_quantity
-from symkin.storage.toml_file import Kind, TomlSource, WrongValueError, list_of, read_at
+from symkin.storage.toml_file import KeyPath, Kind, TomlSource, WrongValueError, list_of, read_at
 
 __all__ = ["declared_leg", "with_declared_chains"]
 
@@ -70,6 +70,7 @@ def with_declared_chains(source: TomlSource) -> TomlSource:
     if isinstance(workspace, dict):
         values["workspace"] = {name: each for name, each in workspace.items() if name != "free"}
     names: dict[str, tuple[str, ...]] = {}
+    written: dict[KeyPath, KeyPath] = {}
     space = None
     for label in tables:
         place = ("chains", label)
@@ -104,24 +105,30 @@ def with_declared_chains(source: TomlSource) -> TomlSource:
         legs = [given] if isinstance(given, dict) else given
         if not isinstance(legs, list):
             continue
-        read = _with_readings(legs, names, default)
+        read, places = _with_readings(legs, names, default)
         if isinstance(given, dict) and len(read) == 1:
             values[section] = read[0]
+            written |= _written((section,), (section,), given, places[0][1])
             continue
         del values[section]
-        values["reference_legs" if section == "reference_leg" else section] = read
+        into = "reference_legs" if section == "reference_leg" else section
+        values[into] = read
+        for row, (number, joint) in enumerate(places):
+            own: KeyPath = (section,) if isinstance(given, dict) else (section, number)
+            written |= _written((into, row), own, legs[number], joint)
         symmetry = values.get("symmetry")
         if isinstance(symmetry, dict) and len(read) > len(legs):
             values["symmetry"] = _with_count(symmetry, len(legs), len(read), section)
-    return dataclasses.replace(source, values=values)
+    return dataclasses.replace(source, values=values, written=written)
 
 
 def _with_readings(
     legs: list[Any], names: Mapping[str, tuple[str, ...]], default: tuple[str, ...]
-) -> list[Any]:
+) -> tuple[list[Any], list[tuple[int, str]]]:
     """Legs' tables with all drawn values; a leg with several readings once for each of them.
 
-    The first readings of all legs stand before the second.
+    The first readings of all legs stand before the second. And of each which leg it is, from 0, and
+    which joint it reads.
     """
     chains = [
         names.get(str(leg.get("chain")), () if "chain" in leg else default)
@@ -130,12 +137,27 @@ def _with_readings(
         for leg in legs
     ]
     most = max((len(each) for each in chains), default=0)
-    return [
-        _filled(leg, of_leg, number, own="chain" in leg or len(of_leg) > 1) if of_leg else leg
-        for number in range(max(most, 1))
-        for leg, of_leg in zip(legs, chains, strict=True)
-        if number < max(len(of_leg), 1)
-    ]
+    read, places = [], []
+    for number in range(max(most, 1)):
+        for place, (leg, of_leg) in enumerate(zip(legs, chains, strict=True)):
+            if number < max(len(of_leg), 1):
+                own = "chain" in leg or len(of_leg) > 1
+                read.append(_filled(leg, of_leg, number, own=own) if of_leg else leg)
+                declared = declared_chain(of_leg[number]) if of_leg else None
+                places.append((place, declared.reading if declared else ""))
+    return read, places
+
+
+def _written(read: KeyPath, own: KeyPath, leg: Any, joint: str) -> dict[KeyPath, KeyPath]:
+    """Where a file has the values of a leg that is read so."""
+    found: dict[KeyPath, KeyPath] = {read: own}
+    for name, value in leg.items() if isinstance(leg, dict) else ():
+        if isinstance(value, dict) and "value" not in value:
+            if name.startswith("sensor_") and joint in value:
+                found[*read, name] = (*own, name, joint)
+            else:
+                found |= {(*read, f"{name}_{each}"): (*own, name, each) for each in value}
+    return found
 
 
 def _with_count(symmetry: _Values, legs: int, readings: int, section: str) -> _Values:

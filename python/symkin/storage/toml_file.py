@@ -8,7 +8,7 @@ import math
 import re
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
@@ -45,9 +45,14 @@ class TomlSource:
     text: str
     values: dict[str, Any]
     kind: type[TomlFileError] = MechanismFileError  # of its errors
+    written: Mapping[KeyPath, KeyPath] = field(default_factory=dict)  # where the text has values
 
     def error(self, keys: KeyPath, message: str) -> TomlFileError:
         """An error at a key, or at the table that should have held it."""
+        for length in range(len(keys), 0, -1):
+            if keys[:length] in self.written:
+                keys = (*self.written[keys[:length]], *keys[length:])
+                break
         return self.kind(message, self.path, self.line_of(keys), dotted(keys))
 
     def line_of(self, keys: KeyPath) -> int:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -170,3 +171,21 @@ def test_check_tells_what_readings_alone_show() -> None:
     shown = found.readings_alone
     assert f"{shown.shown} of {shown.parameters}" in str(found)
     assert check_mechanism("3RRR").readings_alone is None
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "words"),
+    [
+        ('{ length = "50 mm/rad" }', '{ length = "0 mm/rad" }', "legs[1].sensor_gain.length: is 0"),
+        ('azimuth = "35 deg", z', 'azimuth = "35 dog", z', 'legs[5].base.azimuth: "35 dog" uses'),
+    ],
+)
+def test_a_wrong_value_of_a_reading_is_named_as_the_file_has_it(
+    tmp_path: Path, right: str, wrong: str, words: str
+) -> None:
+    text = (FILE.parent / "cables8_pulleys.toml").read_text(encoding="utf-8")
+    path = tmp_path / "cables.toml"
+    path.write_text(text.replace(right, wrong, 1), encoding="utf-8")
+    line = text[: text.index(right)].count("\n") + 1
+    with pytest.raises(SymkinError, match=re.escape(f"cables.toml:{line}: {words}")):
+        symkin.load_mechanism(path)
