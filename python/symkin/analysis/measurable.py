@@ -31,7 +31,6 @@ _SAME = 1e-6  # of deviations that are alike
 _MOST = 500  # poses
 _SWEEPS = 300
 _RANK = 1e-9  # of the largest singular value
-_SAME_NOISE = 1e-6
 
 
 @record
@@ -250,7 +249,7 @@ def _efficiency(
 def _in_proportion(noise: Array, other: Array) -> bool:
     """Whether one noise is the other, or as many times that everywhere."""
     ratios = noise / other
-    return bool(np.ptp(ratios) <= _SAME_NOISE * ratios.min())
+    return bool(np.ptp(ratios) <= _SAME * ratios.min())
 
 
 class _Information(NamedTuple):

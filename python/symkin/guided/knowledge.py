@@ -161,15 +161,15 @@ class Knowledge:
 
     def _decided(self, count: int, place: int, again: int, planned: int) -> str:
         """Whether a row that was doubted is wrong, now that its pose was measured again."""
-        together = self._table.together
-        first = self._by(count, together(again))
-        rows = [each for each in self._table.counting if each not in together(again)]
+        alone, repeated = self._table.together(place), self._table.together(again)
+        first = self._by(count, repeated)
+        rows = [each for each in self._table.counting if each not in repeated]
         if first.estimate is not None:
             numbers = [self._table.number(each) for each in rows]
             if judged(first.estimate, numbers, planned, set())[1] != self._table.number(place):
                 return ""
-        alone, both = together(place), (*together(place), *together(again))
-        return "row" if self._fits(self._by(count, alone), count, both) else "robot"
+        fits = self._fits(self._by(count, alone), count, (*alone, *repeated))
+        return "row" if fits else "robot"
 
     def _fits(self, known: Known, count: int, without: tuple[int, ...]) -> bool:
         """Whether a fit is no worse than noise makes it by what the other one does without."""
@@ -199,7 +199,8 @@ class Knowledge:
     ) -> Iterator[tuple[str, Mapping[str, float]]]:
         """The edits of a row that the robot, as known without it, explains best."""
         row, rows = self._table.values(place), self._table.counting
-        others = [each for each in rows if each not in self._table.together(place)]
+        together = self._table.together(place)
+        others = [each for each in rows if each not in together]
         scored: dict[tuple[float, ...], tuple[float, str, dict[str, float]]] = {}
         assert before.estimate is not None
         for what, edited in edits_of(row, self._robot):

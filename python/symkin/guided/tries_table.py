@@ -163,6 +163,8 @@ class TriesTable:
 
     def together(self, place: int) -> tuple[int, ...]:
         """Places of the line and of those that it was measured with, in their order."""
+        if LINK not in self.columns:
+            return (place,)
         own, link = str(self.number(place)), self.lines[place].get(LINK, "")
         return tuple(
             each
