@@ -15,6 +15,15 @@
 #include "symkin/support/error.hpp"
 
 namespace symkin {
+namespace {
+
+// Boost divides by a gamma function that overflows from some 3500 degrees of freedom on where the
+// value is far below: the share is zero then, and nothing went wrong.
+using ChiSquared = boost::math::chi_squared_distribution<
+    double, boost::math::policies::policy<
+                boost::math::policies::overflow_error<boost::math::policies::ignore_error>>>;
+
+}  // namespace
 
 double chi_square_limit(double degrees_of_freedom, double probability) {
   constexpr std::size_t kMost = 10000;
@@ -25,7 +34,7 @@ double chi_square_limit(double degrees_of_freedom, double probability) {
   }
   const auto [limit, is_new] = known.try_emplace({degrees_of_freedom, probability}, 0);
   if (is_new) {
-    const boost::math::chi_squared distribution(degrees_of_freedom);
+    const ChiSquared distribution(degrees_of_freedom);
     limit->second = boost::math::quantile(boost::math::complement(distribution, probability));
   }
   return limit->second;
@@ -45,7 +54,7 @@ double chi_square_tail(double value, double degrees_of_freedom) {
   if (!(degrees_of_freedom > 0) || std::isnan(value)) {
     return 1;
   }
-  const boost::math::chi_squared distribution(degrees_of_freedom);
+  const ChiSquared distribution(degrees_of_freedom);
   return std::isinf(value)
              ? 0
              : boost::math::cdf(boost::math::complement(distribution, std::max(value, 0.0)));
@@ -102,7 +111,7 @@ double noncentral_chi_square(double value, double degrees_of_freedom, double non
   return noncentrality > 0
              ? boost::math::cdf(
                    boost::math::non_central_chi_squared(degrees_of_freedom, noncentrality), value)
-             : boost::math::cdf(boost::math::chi_squared(degrees_of_freedom), value);
+             : boost::math::cdf(ChiSquared(degrees_of_freedom), value);
 }
 
 }  // namespace symkin

@@ -9,6 +9,17 @@ namespace symkin {
 namespace {
 
 // Reference: scipy.stats.ncx2.cdf and chi2.cdf.
+TEST(Distributions, KeepTheirTailsFarBelowManyDegreesOfFreedom) {
+  for (const double degrees : {1.0, 100.0, 4000.0, 1e6}) {
+    for (const double value : {0.0, 1e-300, 1e-9, 1e-3}) {
+      EXPECT_NEAR(noncentral_chi_square(value, degrees, 0), 1 - chi_square_tail(value, degrees),
+                  1e-15);
+    }
+    EXPECT_EQ(chi_square_tail(0, degrees), 1);
+    EXPECT_NEAR(chi_square_tail(chi_square_limit(degrees, 0.01), degrees), 0.01, 1e-9);
+  }
+}
+
 TEST(NoncentralChiSquare, IsThatOfTheReference) {
   EXPECT_NEAR(noncentral_chi_square(3, 2, 1.5), 0.551314141393785, 1e-12);
   EXPECT_NEAR(noncentral_chi_square(150, 90, 60), 0.5166979767430112, 1e-12);
