@@ -86,15 +86,19 @@ class Browser:
 
     def open(self, path, width=1200, scheme="light", height=900):
         """Show a file in a window of this width, in light or dark."""
+        self._go("about:blank")  # or the page before, which may still ask its server, complains
         self.complaints.clear()
         self.requests.clear()
         size = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
         self.call("Emulation.setDeviceMetricsOverride", **size)
         features = [{"name": "prefers-color-scheme", "value": scheme}]
         self.call("Emulation.setEmulatedMedia", media="screen", features=features)
-        self.call("Page.navigate", url=path.as_uri())
+        self._go(path.as_uri())
+
+    def _go(self, address):
+        self.call("Page.navigate", url=address)
         deadline = time.monotonic() + _PATIENCE
-        while self.run("document.readyState + location.href") != "complete" + path.as_uri():
+        while self.run("document.readyState + location.href") != "complete" + address:
             assert time.monotonic() < deadline, "the page is not complete"
             time.sleep(0.02)
 
