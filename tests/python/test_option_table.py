@@ -7,6 +7,7 @@ from typing import Any, Literal, get_args, get_origin, get_type_hints
 
 import numpy as np
 import pytest
+import typer
 
 import symkin
 from symkin.cli import app
@@ -96,8 +97,8 @@ def test_a_function_has_the_options_of_the_table(function, name, parameter):
 def commands() -> list[tuple[str, inspect.Parameter]]:
     """Parameters of commands, as typer is given them."""
     return [
-        (str(command.name), each)
-        for command in app.registered_commands
+        (name, each)
+        for name, command in typer.main.get_command(app).commands.items()
         for each in inspect.signature(command.callback).parameters.values()
     ]
 

@@ -18,6 +18,7 @@ FRONT_DOOR = "symkin"
 # command, which says its version without all that it can do.
 SEAMS = {
     "symkin.__main__",
+    "symkin.cli.help",
     "symkin.present",
     "symkin.model.given",
     "symkin.show.images",

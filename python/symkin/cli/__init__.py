@@ -16,15 +16,9 @@ from typing import Annotated, Any
 
 import typer
 
-from symkin.cli.acceptance import accept, compare
 from symkin.cli.console import exit_code_of
-from symkin.cli.help import WHOLE_HELP, HelpedCommand
-from symkin.cli.identify import align, evaluate, identify, identify_batch
-from symkin.cli.measure import measure, simulate_device
-from symkin.cli.mechanism import check, export, import_, kinematics, list_mechanisms, new, workspace
+from symkin.cli.help import WHOLE_HELP, Commands
 from symkin.cli.options import command, refuse_unless
-from symkin.cli.protocol import plan, pose_count, run, simulate, study
-from symkin.cli.show import show
 from symkin.present import asked_by
 from symkin.version import version as installed_version
 
@@ -32,34 +26,11 @@ _DEBUG, _HELP, _WHOLE = "--debug", "--help", "--help-all"
 
 # Plain help starts faster than rich's, and pastes cleanly.
 app = typer.Typer(
+    cls=Commands,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for name, function in {
-    "check": check,
-    "workspace": workspace,
-    "pose-count": pose_count,
-    "plan": plan,
-    "simulate": simulate,
-    "measure": measure,
-    "simulate-device": simulate_device,
-    "identify": identify,
-    "evaluate": evaluate,
-    "accept": accept,
-    "compare": compare,
-    "show": show,
-    "run": run,
-    "kinematics": kinematics,
-    "study": study,
-    "identify-batch": identify_batch,
-    "align": align,
-    "export": export,
-    "import": import_,
-    "new": new,
-    "list": list_mechanisms,
-}.items():
-    app.command(name, cls=HelpedCommand)(function)
 
 
 @app.callback(invoke_without_command=True)
