@@ -74,7 +74,9 @@ def _no_option(found: re.Match[str], error: Any) -> str:
     ]
     elsewhere = f"; {', '.join(others)} have it" if len(others) > 1 else ""
     elsewhere = f"; {others[0]} has it" if len(others) == 1 else elsewhere
-    return f"{context.info_name} has no option {name}{elsewhere or near}"
+    part_of_own = any(name.lstrip("-") in each for each in own)  # nearer than what is elsewhere
+    told = near if part_of_own else elsewhere or near
+    return f"{context.info_name} has no option {name}{told}"
 
 
 def _no_value(found: re.Match[str], _: Any) -> str:
