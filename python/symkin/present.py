@@ -12,7 +12,7 @@ import functools
 import importlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextvars import ContextVar
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -24,6 +24,7 @@ Headline = tuple[str, str, str]  # label, value, remark
 Verdict = Literal["good", "doubtful", "bad", ""]
 Asker = Literal["python", "command"]
 _ASKER: ContextVar[Asker] = ContextVar("asker", default="python")
+_ALL_FIGURES: ContextVar[bool] = ContextVar("all_figures", default=False)
 
 
 def asker() -> Asker:
@@ -39,6 +40,16 @@ def asked_by(who: Asker) -> Iterator[None]:
         yield
     finally:
         _ASKER.reset(before)
+
+
+@contextlib.contextmanager
+def with_figures(every: bool) -> Iterator[None]:
+    """Draw every figure of pages, also those for details that a good result leaves out."""
+    before = _ALL_FIGURES.set(every or _ALL_FIGURES.get())
+    try:
+        yield
+    finally:
+        _ALL_FIGURES.reset(before)
 
 
 @dataclass(frozen=True)
@@ -119,12 +130,19 @@ class Image:
     """A figure, drawn when it is needed, with the text for those who cannot see it.
 
     In `caption`, as in all texts of a page, ``G_M`` is a symbol with a subscript.
+
+    Attributes
+    ----------
+    details : bool
+        Whether it is for the few: the page of a good result has it where all figures are asked
+        for, since drawing them takes longer than an estimate.
     """
 
     name: str
     alternative: str
     caption: str
     draw: Callable[[], FigureBase | Axes]
+    details: bool = False
 
 
 @dataclass(frozen=True)
@@ -217,6 +235,19 @@ def figures_of(page: Page) -> dict[str, Callable[[], FigureBase | Axes]]:
     """Return what draws each figure of a page, by name."""
     parts = (part for section in page.sections for part in section.parts)
     return {part.name: part.draw for part in parts if isinstance(part, Image)}
+
+
+def for_details(section: Section) -> Section:
+    """The same section, whose figures are for details."""
+    parts = [
+        replace(each, details=True) if isinstance(each, Image) else each for each in section.parts
+    ]
+    return replace(section, parts=parts)
+
+
+def draws(page: Page, image: Image) -> bool:
+    """Whether a page has a figure: one for details where there are doubts, or it was asked for."""
+    return not image.details or page.verdict != "good" or _ALL_FIGURES.get()
 
 
 def _shown(function: Any, result: object) -> Any:

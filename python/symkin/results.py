@@ -61,7 +61,9 @@ class Result(Value):
         """Show the summary in a notebook."""
         return present.notebook_of(self)
 
-    def report(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
+    def report(
+        self, path: str | os.PathLike[str], *, overwrite: bool = False, all_figures: bool = False
+    ) -> Path:
         """Write its page: one HTML file that needs no other.
 
         Parameters
@@ -70,13 +72,16 @@ class Result(Value):
             The file; its folder is made if it does not exist.
         overwrite : bool
             Whether a file that exists may be replaced.
+        all_figures : bool
+            Whether to draw figures for details too, which the page of a good result leaves out.
 
         Returns
         -------
         Path
             The file.
         """
-        return present.write_page(self.page(), Path(path), overwrite=overwrite)
+        with present.with_figures(all_figures):
+            return present.write_page(self.page(), Path(path), overwrite=overwrite)
 
     def plot(self, name: str = "") -> FigureBase | Axes:
         """Draw a figure of its page, by default the first.

@@ -45,6 +45,7 @@ from symkin.options import (
     Sensor,
 )
 from symkin.planning import Region
+from symkin.present import with_figures
 from symkin.show.units import in_units
 from symkin.storage.quantities import evaluate_quantity, unit_factor
 
@@ -77,7 +78,9 @@ def command(*examples: str) -> Callable[[Command], Command]:
             for name, options in groups.items():
                 kind = parameters[name].annotation
                 given[name] = kind(**{each: given.pop(each) for each in options})
-            with in_units(getattr(given.get("telling"), "units", "")):
+            telling = given.get("telling")
+            every = getattr(telling, "all_figures", False)
+            with in_units(getattr(telling, "units", "")), with_figures(every):
                 function(**given)
 
         called.__signature__ = inspect.Signature(flat)  # type: ignore[attr-defined]

@@ -54,6 +54,8 @@ _ALL = (
                 "that is read."),
     Option("report", bool, default=True,
            help="Draw the page, which takes about as long as all else."),
+    Option("all_figures", bool, default=False,
+           help="Draw the page's figures for details too, which that of a good result leaves out."),
     Option("units", str, default="", metavar="UNITS",
            help="Tell lengths and angles in these units, such as mm,mrad or m,rad, and tables "
                 "too; by default mm and degrees, and tables in m and rad."),

@@ -24,7 +24,17 @@ from symkin.estimate.strain import Strain
 from symkin.estimate.ties import MEASURED, ONE_DRAW, equation_of, meaning_of
 from symkin.files.mechanism_file import typed_name
 from symkin.model.mechanism import Mechanism
-from symkin.present import ErrorLine, Group, Headline, Image, Page, Section, Table, Verdict
+from symkin.present import (
+    ErrorLine,
+    Group,
+    Headline,
+    Image,
+    Page,
+    Section,
+    Table,
+    Verdict,
+    for_details,
+)
 from symkin.show.check import symmetry_section
 from symkin.show.devices import device_notes
 from symkin.show.evaluation import (
@@ -83,9 +93,11 @@ def estimate_page(found: Estimate) -> Page:
     sets = [found.measurements.poses[fit.rows] for fit in found.legs]
     sections = [
         *top.sections,
-        _pose_section(found),
-        observability_section(
-            found.nominal, sets or [poses[own] for own in read.T], symmetric=False
+        for_details(_pose_section(found)),
+        for_details(
+            observability_section(
+                found.nominal, sets or [poses[own] for own in read.T], symmetric=False
+            )
         ),
         symmetry_section(found.nominal),
         robot_symmetry_section(found),
@@ -574,7 +586,9 @@ def _accuracy_section(found: Estimate) -> Section:
     )
     errors = {"Before": before, "After": after}
     table = error_table(errors, found.expected_at_poses, found.cross_validation)
-    parts: list[Table | Image] = [table, *tables, *error_figures(before, after)]
+    sizes, where = error_figures(before, after)
+    where = dataclasses.replace(where, details=True)
+    parts: list[Table | Image] = [table, *tables, sizes, where]
     return Section("accuracy", "End-effector error", [paragraph], parts)
 
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -91,13 +92,16 @@ def mechanism_section(
         [group for group in groups if group.rows],
         wordy=True,
     )
+    moved = movable(mechanism, steps)
     drawing = _drawing(mechanism, poses, symmetry, keeps_modes, nearly)
+    if moved and symmetry is None:
+        drawing = [replace(image, details=True) for image in drawing]  # as it stands at home there
     told = (
         f"{mechanism.name} has {plural(len(mechanism.legs), 'leg')} with the "
         f"chain{'s' * mechanism.mixed} {mechanism.chain}, and {_identified(mechanism)}."
     )
     paragraph = " ".join([told, *held_parameters(mechanism)])
-    parts: list[Table | Image | Movable] = [*drawing, *movable(mechanism, steps), settings]
+    parts: list[Table | Image | Movable] = [*drawing, *moved, settings]
     return Section("mechanism", "Mechanism", [paragraph], parts)
 
 

@@ -76,6 +76,7 @@ def _figures(found: Estimate) -> Iterator[Image]:
         "What the identified parameters leave of the closures, at every pose of every leg; where "
         "no pose was measured in full, the estimated errors of the readings." + binned,
         plotted("residuals", found),
+        details=True,
     )
     yield Image(
         "dependence",
@@ -84,6 +85,7 @@ def _figures(found: Estimate) -> Iterator[Image]:
         "the order of measuring. The line is a parabola; noise alone makes it explain a few "
         "percent." + binned,
         plotted("dependence", found),
+        details=True,
     )
     if np.isfinite(found.rows.t).any():
         yield Image(

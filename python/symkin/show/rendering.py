@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from markupsafe import Markup, escape
 
-from symkin.present import ErrorLine, Group, Headline, Image, Movable, Page, Table
+from symkin.present import ErrorLine, Group, Headline, Image, Movable, Page, Table, draws
 from symkin.show.theme import THEME, point_names
 from symkin.show.wording import bare, milli, percent, plural, small
 from symkin.storage.output_files import OutputFiles
@@ -313,6 +313,7 @@ def typed(text: str) -> str:
 
 
 _TEMPLATES = Path(__file__).parent / "templates"
+_NO_FIGURES = 'this page has no figures, which need matplotlib: pip install "symkin[figures]"'
 _DOTS_PER_INCH = 110  # of clouds of points, which are pixels within the drawing
 _PIXELS_PER_INCH = 100  # on the page; so the smallest letters have 12 pixels
 _LEAST_PIXELS_PER_INCH = 80  # on a narrow one, where wide figures are scrolled
@@ -334,10 +335,19 @@ def write_page(page: Page, path: Path, *, overwrite: bool = False) -> Path:
 def page_html(page: Page) -> str:
     """Return a page with everything in it: style, script, figures, symbols.
 
-    Without matplotlib it has no figures, and a note that says so.
+    Without matplotlib it has no figures, and a note that says so. Its foot names those for details
+    that it leaves out.
     The same results on the same day (UTC, or that of SOURCE_DATE_EPOCH) give the same bytes.
     """
-    return rendered("report.html", page=page if _can_draw() else _without_figures(page), shown=())
+    parts = [part for section in page.sections for part in section.parts]
+    images = [part for part in parts if isinstance(part, Image)]
+    if _can_draw():
+        gone = [image for image in images if not draws(page, image)]
+        names = [image.name for image in gone]
+    else:
+        gone, names = images, []
+        page = replace(page, notes=[*page.notes, *[_NO_FIGURES] * bool(images)])
+    return rendered("report.html", page=_without(page, gone), left_out=names, shown=())
 
 
 def summary_html(page: Page, shown: Sequence[Table | Image] = ()) -> str:
@@ -351,16 +361,14 @@ def _can_draw() -> bool:
     return find_spec("matplotlib") is not None
 
 
-def _without_figures(page: Page) -> Page:
-    """The same page for who has no matplotlib; sections of nothing but figures are gone too."""
-    sections, left_out = [], False
+def _without(page: Page, images: Sequence[Image]) -> Page:
+    """The same page without some figures, and without sections of nothing else."""
+    sections = []
     for section in page.sections:
-        parts = [part for part in section.parts if not isinstance(part, Image)]
-        left_out = left_out or len(parts) < len(section.parts)
+        parts = [part for part in section.parts if part not in images]
         if parts or section.paragraphs:
             sections.append(replace(section, parts=parts))
-    note = 'this page has no figures, which need matplotlib: pip install "symkin[figures]"'
-    return replace(page, sections=sections, notes=[*page.notes, note]) if left_out else page
+    return replace(page, sections=sections)
 
 
 def rendered(template: str, **values: Any) -> str:

@@ -98,12 +98,13 @@ def spatial_result(hexapod):
 @pytest.fixture(scope="session")
 def planar_page(planar_result, tmp_path_factory):
     folder = tmp_path_factory.mktemp("planar") / "new"
-    return Page(planar_result.report(folder / "report.html"))
+    return Page(planar_result.report(folder / "report.html", all_figures=True))
 
 
 @pytest.fixture(scope="session")
 def spatial_page(spatial_result, tmp_path_factory):
-    return Page(spatial_result.report(tmp_path_factory.mktemp("spatial") / "report.html"))
+    path = tmp_path_factory.mktemp("spatial") / "report.html"
+    return Page(spatial_result.report(path, all_figures=True))
 
 
 @pytest.fixture(scope="session")
@@ -117,4 +118,5 @@ def measured(hexapod, hexapod_table):
 
 @pytest.fixture(scope="session")
 def measured_page(measured, tmp_path_factory):
-    return Page(measured.report(tmp_path_factory.mktemp("measured") / "report.html"))
+    path = tmp_path_factory.mktemp("measured") / "report.html"
+    return Page(measured.report(path, all_figures=True))

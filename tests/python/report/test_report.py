@@ -65,6 +65,27 @@ def test_every_figure_of_measurements_is_on_the_page(measured_page):
     assert measured_page.figures == MEASURED_FIGURES
 
 
+def test_the_page_of_a_good_result_leaves_out_figures_for_details_and_names_them(
+    planar_result, page_of, tmp_path
+):
+    found = planar_result.identification
+    page = page_of(found.report(tmp_path / "good.html"))
+    assert page.figures == {"t_values", "error_histogram"}
+    left_out = re.search(r"Figures left out: (.*)\.", page.source)[1].split(", ")
+    assert left_out == [
+        "residuals",
+        "dependence",
+        "error_map",
+        "latent_poses",
+        "observability",
+        "mechanism",
+    ]
+    doubted = symkin.identify(planar_result.nominal, planar_result.simulation, max_iterations=1)
+    page = page_of(doubted.report(tmp_path / "doubtful.html"))
+    assert {"residuals", "dependence", "mechanism"} < page.figures
+    assert "Figures left out" not in page.source
+
+
 def test_figures_share_no_identifiers(run):
     """They would take each other's markers and clippings, being in one document."""
     identifiers = [attributes["id"] for _, attributes in run[1].tags if "id" in attributes]
