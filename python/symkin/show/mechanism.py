@@ -377,7 +377,7 @@ _ALPHABET = np.frombuffer(
 )
 _LARGEST, _NONE = 4094, 4095
 _DECADES = 4  # of the condition number
-_BUDGET, _INTERPOLATED = 118_000, 60_000  # characters of all nodes; of straight legs
+_BUDGET, _INTERPOLATED = 100_000, 60_000  # characters of all nodes; of straight legs
 _MOST, _LEAST = 61, 3  # nodes along an axis
 _FINE, _LINES = 25, 24  # points of a line along which the condition number is looked at; such lines
 _TRIED = 1000  # poses, for the error of the interpolation

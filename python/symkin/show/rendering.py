@@ -314,13 +314,16 @@ def typed(text: str) -> str:
 
 _TEMPLATES = Path(__file__).parent / "templates"
 _NO_FIGURES = 'this page has no figures, which need matplotlib: pip install "symkin[figures]"'
-_DOTS_PER_INCH = 110  # of clouds of points, which are pixels within the drawing
+_DOTS_PER_INCH = 85  # of clouds of points, which are pixels within the drawing
 _PIXELS_PER_INCH = 100  # on the page; so the smallest letters have 12 pixels
 _LEAST_PIXELS_PER_INCH = 80  # on a narrow one, where wide figures are scrolled
 _DIGITS = 12  # of the SHA-256
 _PIXELS = re.compile(r"data:image/png;base64,\s*([A-Za-z0-9+/=\s]+)")
 _PLACES = re.compile(r' (?:d|x|y)="[^"]*"')
-_MARKERS = re.compile(r'<g((?: (?:id|clip-path)="[^"]*")*)>(\s*(?:<use [^>]*/>\s*){2,})</g>')
+_UNTURNED = re.compile(r' transform="rotate\(-?0 [^"]*"')
+_BARE = re.compile(r"<g>\s*((?:(?!</?g\b).)*?)\s*</g>", re.DOTALL)
+_NESTED = 3
+_ALIKE = re.compile(r'<use [^>]* style="([^"]*)"/>(?:\s*<use [^>]* style="\1"/>)+')
 _COLOURS = 48  # of a cloud of points
 
 
@@ -406,7 +409,7 @@ def _drawn(image: Image) -> Markup:
     figure = cast("Figure", image.draw().figure)
     names = point_names(figure)
     drawing = _themed(_svg(figure, image.name))
-    drawing = _named(_apart(drawing, image.name, names), image.name, names)
+    drawing = _gathered(_named(_apart(drawing, image.name, names), image.name, names))
     inches = figure.get_figwidth()
     sizes = (round(pixels * inches) for pixels in (_PIXELS_PER_INCH, _LEAST_PIXELS_PER_INCH))
     style = "width: {}px; min-width: {}px".format(*sizes)
@@ -439,22 +442,21 @@ def _svg(figure: Figure, name: str) -> str:
 
 
 def _lighter(drawing: str) -> str:
-    """The same drawing in about half the characters.
+    """The same drawing in fewer characters: to tenths of a pixel, and with the page's font."""
+    drawing = re.sub(r"font-family: [^;\"]*;? ?", "", _UNTURNED.sub("", drawing))
+    return _PLACES.sub(lambda found: re.sub(r"(\.\d)\d+", r"\1", found[0]), drawing)
 
-    To hundredths of a pixel, with the page's font, and with a style that all markers of a line
-    share said once.
-    """
-    drawing = re.sub(r"font-family: [^;\"]*;? ?", "", drawing)
-    drawing = _PLACES.sub(lambda found: re.sub(r"(\.\d\d)\d+", r"\1", found[0]), drawing)
+
+def _gathered(drawing: str) -> str:
+    """Without groups that say nothing, and with the style of markers in a row said once."""
+    for _ in range(_NESTED):
+        drawing = _BARE.sub(r"\1", drawing)
 
     def once(found: re.Match[str]) -> str:
-        styles = set(re.findall(r' style="[^"]*"', found[2]))
-        if len(styles) != 1 or found[2].count(" style=") != found[2].count("<use "):
-            return found[0]
-        style = styles.pop()
-        return f"<g{found[1]}{style}>{found[2].replace(style, '')}</g>"
+        style = f' style="{found[1]}"'
+        return f"<g{style}>{found[0].replace(style, '')}</g>"
 
-    return _MARKERS.sub(once, drawing)
+    return _ALIKE.sub(once, drawing)
 
 
 def _with_few_colours(pixels: re.Match[str]) -> str:
@@ -479,12 +481,15 @@ def _themed(drawing: str) -> str:
 def _apart(drawing: str, name: str, kept: Iterable[str]) -> str:
     """With identifiers that no other figure of the page has, and only those that are used."""
     used = {*re.findall(r'(?:href="|url\()#([^")]+)', drawing), *kept}
+    short = {each: each if each in kept else str(i) for i, each in enumerate(sorted(used))}
     drawing = re.sub(
         r' id="([^"]+)"',
-        lambda found: f' id="{name}-{found[1]}"' if found[1] in used else "",
+        lambda found: f' id="{name}-{short[found[1]]}"' if found[1] in used else "",
         drawing,
     )
-    return re.sub(r'(href="|url\()#', rf"\1#{name}-", drawing)
+    return re.sub(
+        r'(href="|url\()#([^")]+)', lambda found: f"{found[1]}#{name}-{short[found[2]]}", drawing
+    )
 
 
 def _named(drawing: str, prefix: str, names: Mapping[str, Sequence[str]]) -> str:
