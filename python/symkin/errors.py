@@ -156,9 +156,10 @@ def did_you_mean(name: str, valid_names: Iterable[str]) -> str:
     return f'; did you mean "{by_lower_case[nearest[0]]}"?' if nearest else ""
 
 
-def named_legs(legs: Iterable[int]) -> str:
-    """Name legs (from 0) in a message: ``leg 2``, ``legs 2, 3``."""
-    numbers = [str(leg + 1) for leg in legs]
+def named_legs(legs: Iterable[int], places: Mapping[int, str] | None = None) -> str:
+    """Name legs (from 0) in a message: ``leg 2``, ``legs 2, 3``; `places` follow in brackets."""
+    told = places or {}
+    numbers = [f"{leg + 1} ({told[leg]})" if leg in told else f"{leg + 1}" for leg in legs]
     return f"leg{'' if len(numbers) == 1 else 's'} {', '.join(numbers)}"
 
 

@@ -221,15 +221,16 @@ class CheckResult(Result):
         """Whether one choice of poses serves all legs, or which leg differs, in a sentence."""
         if self.missing:
             return f"The file says that the legs are alike, but {_difference(self.comparison)}."
-        if len(self.orbits) == 1:
+        first = {readings[0] for readings in self.mechanism.leg_readings}
+        orbits, count = [orbit for orbit in self.orbits if orbit[0] in first], len(first)
+        if len(orbits) == 1:
             sensors = sorted({each.parameter for each in self.comparison.sensor_deviations})
             but = f" but for {' and '.join(sensors)}" if sensors else ""
-            count = len(self.origins)
             who, whom = ("Both legs", "both") if count == 2 else (f"All {count} legs", "all")
             return f"{who} are alike{but}: poses chosen for one serve {whom}."
-        if len(self.orbits) < len(self.origins):
-            kinds = "; ".join(named_legs(orbit) for orbit in self.orbits)
-            return f"The legs are of {len(self.orbits)} kinds ({kinds}): poses for one of each."
+        if len(orbits) < count:
+            kinds = "; ".join(named_legs(orbit) for orbit in orbits)
+            return f"The legs are of {len(orbits)} kinds ({kinds}): poses for one of each."
         if self.comparison.reference is None:
             return "No leg is like another: poses cannot be shared by symmetry."
         difference = _difference(self.comparison)

@@ -23,7 +23,7 @@ from symkin.estimate.closures import closure_influence, closure_rows
 from symkin.estimate.cross_validation import CrossValidation
 from symkin.estimate.evidence.corrections import Hypothesis
 from symkin.estimate.evidence.examine import Evidence, Noticed, judged, noticed
-from symkin.estimate.evidence.findings import Doubt, Note
+from symkin.estimate.evidence.findings import Doubt, Note, of_readings
 from symkin.estimate.evidence.models import Model, model_of, models_of
 from symkin.estimate.evidence.notes import notes_of
 from symkin.estimate.evidence.outliers import Outlier
@@ -147,7 +147,7 @@ class Examined(Found[M]):
 
         All tests together raise one in fewer than 1 of 100 sound robots.
         """
-        return self._evidence.doubts
+        return of_readings(self._evidence.doubts, self.nominal)
 
     @property
     def symptoms(self) -> tuple[Doubt, ...]:
@@ -163,7 +163,9 @@ class Examined(Found[M]):
     @once
     def notes(self) -> tuple[Note, ...]:
         """What to know of the estimate and of the mechanism's settings."""
-        return tuple(notes_of(self, self.heights, self.symptoms, complete=self._evidence.complete))
+        complete = self._evidence.complete
+        notes = notes_of(self, self.heights, self.symptoms, complete=complete)
+        return of_readings(notes, self.nominal)
 
     @property
     def tests(self) -> tuple[ResidualTest, ...]:

@@ -11,7 +11,7 @@ from symkin.analysis.checks import undefined_angles
 from symkin.analysis.homes import with_usable_home
 from symkin.analysis.observability import with_combinations
 from symkin.data.measurements import Measurements
-from symkin.errors import FailedFitError, MechanismError, NotIdentifiableError, named_legs
+from symkin.errors import FailedFitError, MechanismError, NotIdentifiableError
 from symkin.estimate.conflict import DrawingConflict, after_priors, conflict_of
 from symkin.estimate.found import Found, GoodnessOfFit, LegFit
 from symkin.estimate.options import EstimateOptions, PoseUse
@@ -159,8 +159,8 @@ def _require_poses(mechanism: Mechanism, measurements: Measurements, poses: Pose
         whose = "its" if len(unmeasured) == 1 else "their"
         origin = f"{measurements.source}: " if measurements.source else ""
         raise NotIdentifiableError(
-            f"{origin}no readings of {named_legs(unmeasured)}: {whose} parameters cannot be "
-            "identified"
+            f"{origin}no readings of {mechanism.named_legs(unmeasured)}: {whose} parameters cannot "
+            "be identified"
         )
     used.require([-(-count // mechanism.closures) for count in mechanism.estimated_counts])
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from symkin import _core
 from symkin.analysis.reflectors import PlacedPoints, in_three, motions_of, place_points, whole
 from symkin.data.measurements import Measurements
-from symkin.errors import NotIdentifiableError, named_legs
+from symkin.errors import NotIdentifiableError
 from symkin.model.core_setup import setup_with
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import (
@@ -213,7 +213,7 @@ def setup_by_points(
     )
     if found is None:
         unread = np.flatnonzero(~np.isfinite(measurements.readings).any(axis=0))
-        why = f" ({named_legs(unread)}: not read at all)" if len(unread) else ""
+        why = f" ({mechanism.named_legs(unread)}: not read at all)" if len(unread) else ""
         raise NotIdentifiableError(
             f"no row with a measured point has readings that the nominal robot can take{why}, so "
             "that nothing says where the points and the device are; read all legs at some of "

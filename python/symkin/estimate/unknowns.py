@@ -179,7 +179,11 @@ class Layout(Value):
         shared = [shared] if isinstance(shared, str) else list(shared)
         if "growth" in per:  # of one part as of another
             shared = [*shared, "growth"]
-        ties = [_tie(names, pattern, sorts, shared) for pattern in shared]
+        of_one_leg = _of_one_leg(mechanism, names)
+        ties = [
+            {of_one_leg.get(scalar, scalar) for scalar in _tie(names, pattern, sorts, shared)}
+            for pattern in shared
+        ]
         late = {i for i in slopes if sorts[i][0] == CLOCK}
         chosen -= {i for i in slopes - late if scalars[i].startswith(CLOCK)}
         ties += [late] * bool(late)
@@ -616,6 +620,12 @@ def _tie(
             f"{_tie_instead(names, min(tie), sorts, (*tie, *names.matching('shared', asked)))}"
         )
     return tie
+
+
+def _of_one_leg(mechanism: Mechanism, names: _Names) -> dict[int, int]:
+    """Scalars that are those of another reading of the same leg, and which."""
+    pairs = [tie.split(" = ") for tie in mechanism.ties]
+    return {names.index[same]: names.index[first] for first, same in pairs}
 
 
 def _tie_instead(

@@ -14,7 +14,13 @@ from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import MechanismError, did_you_mean, one_of
-from symkin.model.declared import DeclaredChain, declare, declared_chain, label_of
+from symkin.model.declared import (
+    DeclaredChain,
+    declare,
+    declared_chain,
+    label_of,
+    readings_of_legs,
+)
 from symkin.model.poses import POSE_SPACES
 from symkin.options import Platform, checks
 from symkin.values import FrozenMapping
@@ -29,6 +35,7 @@ __all__ = [
     "chains",
     "chains_in_words",
     "common_reading_unit",
+    "legs_counted",
     "legs_in_words",
     "parameter_values",
     "require_mixable",
@@ -285,9 +292,15 @@ def chains_in_words(legs: Sequence[Leg]) -> str:
 
 def legs_in_words(legs: Sequence[Leg]) -> str:
     """Return their number and chains, ``"3 legs [R]RR"`` or ``"3 legs, 2 [R]RR + 1 [P]RP"``."""
-    number = f"{len(legs)} leg{'' if len(legs) == 1 else 's'}"
     alike = len({leg.chain for leg in legs}) == 1
-    return f"{number}{'' if alike else ','} {chains_in_words(legs)}"
+    return f"{legs_counted(legs)}{'' if alike else ','} {chains_in_words(legs)}"
+
+
+def legs_counted(legs: Sequence[Leg]) -> str:
+    """Return their number, ``"3 legs"``, and how often these are read if that is more often."""
+    count = len(readings_of_legs([leg.chain for leg in legs]))
+    read = f" with {len(legs)} readings" if count < len(legs) else ""
+    return f"{count} leg{'' if count == 1 else 's'}{read}"
 
 
 def union_of_names(infos: Sequence[ChainInfo]) -> tuple[str, ...]:

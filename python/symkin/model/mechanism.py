@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from pathlib import Path
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core, present
-from symkin.errors import MechanismError, one_of, printable
+from symkin.errors import MechanismError, named_legs, one_of, printable
 from symkin.model.chains import (
     ABSENT,
     ChainInfo,
@@ -28,7 +28,7 @@ from symkin.model.chains import (
     require_mixable,
     union_of_names,
 )
-from symkin.model.declared import readings_of_legs
+from symkin.model.declared import label_of, readings_of_legs
 from symkin.model.devices import Device, device_of, equipped
 from symkin.model.kinematics import Kinematics
 from symkin.model.poses import POSE_SPACES, PoseSpace
@@ -311,6 +311,19 @@ class Mechanism(Kinematics):
         their geometry.
         """
         return readings_of_legs(self.chains)
+
+    def named_legs(self, legs: Iterable[int]) -> str:
+        """Name legs (from 0) in a message; of several readings of one leg, also which they are.
+
+        ``legs 2, 3``, or ``leg 11 (length of leg 3)``.
+        """
+        places = {
+            reading: f"{label_of(self.chains[reading]).rpartition('.')[2]} of leg {number}"
+            for number, readings in enumerate(self.leg_readings, 1)
+            for reading in readings
+            if len(readings) > 1
+        }
+        return named_legs(legs, places)
 
     @property
     def ties(self) -> tuple[str, ...]:

@@ -28,7 +28,7 @@ from symkin.analysis.workspace import (
     workspace_coordinates,
 )
 from symkin.errors import named_legs
-from symkin.model.chains import legs_in_words
+from symkin.model.chains import legs_counted, legs_in_words
 from symkin.model.declared import declared_chain, label_of
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import transforms
@@ -43,7 +43,6 @@ from symkin.show.wording import (
     has_lengths,
     leg_columns,
     milli,
-    plural,
     pose_coordinates,
     setting,
     span,
@@ -97,7 +96,7 @@ def mechanism_section(
     if moved and symmetry is None:
         drawing = [replace(image, details=True) for image in drawing]  # as it stands at home there
     told = (
-        f"{mechanism.name} has {plural(len(mechanism.legs), 'leg')} with the "
+        f"{mechanism.name} has {legs_counted(mechanism.legs)}, of the "
         f"chain{'s' * mechanism.mixed} {mechanism.chain}, and {_identified(mechanism)}."
     )
     paragraph = " ".join([told, *held_parameters(mechanism)])

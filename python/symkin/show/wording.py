@@ -9,6 +9,7 @@ from pathlib import Path
 from symkin.analysis.promises import ExpectedAccuracy
 from symkin.errors import printable
 from symkin.estimate.precision import Expected
+from symkin.model.chains import legs_counted
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import PoseSpace
 from symkin.planning import HeldByPriors
@@ -187,8 +188,7 @@ def plural(number: int, noun: str, many: str | None = None) -> str:
 
 def chain_subtitle(mechanism: Mechanism) -> str:
     """Number and chain of the legs: ``3 legs, chain [R]RR``."""
-    legs = plural(len(mechanism.legs), "leg")
-    return f"{legs}, chain{'s' * mechanism.mixed} {mechanism.chain}"
+    return f"{legs_counted(mechanism.legs)}, chain{'s' * mechanism.mixed} {mechanism.chain}"
 
 
 def has_lengths(mechanism: Mechanism) -> bool:

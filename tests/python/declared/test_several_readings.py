@@ -15,6 +15,8 @@ from symkin.analysis.observability import analyse_observability
 from symkin.analysis.readings_alone import readings_alone
 from symkin.errors import SymkinError
 from symkin.estimate.fleet import Fleet
+from symkin.estimate.unknowns import Layout
+from symkin.model.core_setup import core_setup
 from symkin.planning.simulation import disturb
 
 FILE = Path(__file__).parents[3] / "mechanisms" / "declared" / "3RRR_encoders.toml"
@@ -32,6 +34,27 @@ def test_each_reading_stands_as_a_leg_that_shares_its_geometry(robot: symkin.Mec
     made = disturb(robot, seed=4)
     np.testing.assert_array_equal(made.parameters[:3, :-2], made.parameters[3:, :-2])
     assert (made.parameters[:3, -1] != made.parameters[3:, -1]).all()
+
+
+def test_messages_count_legs_and_say_which_readings_they_mean(robot: symkin.Mechanism) -> None:
+    assert "3 legs with 6 readings, 3 encoders.shoulder + 3 encoders.elbow" in repr(robot)
+    assert "All 3 legs are alike" in str(check_mechanism(robot))
+    poses = symkin.sample_workspace(robot, 20, seed=1).poses
+    readings = disturb(robot, seed=4).inverse_kinematics(poses)
+    readings[:, 4] = np.nan
+    taken = symkin.Measurements.of(poses, readings, reading_unit="rad", pose_space="planar")
+    told = map(str, symkin.identify(robot, taken, prior="tolerances").doubts)
+    assert any(each.startswith("leg 5 (elbow of leg 2) has no reading") for each in told)
+
+
+def test_a_parameter_that_all_legs_share_is_one_whichever_readings_have_it(
+    robot: symkin.Mechanism,
+) -> None:
+    layout = Layout.of(robot, core_setup(robot), shared=["distal_x"])
+    moved = layout.by_columns[:, layout.names.index("leg1+leg2+leg3.distal_x")]
+    assert [n for n, by in zip(layout.scalars, moved, strict=True) if by == 1] == [
+        f"leg{leg}.distal_x" for leg in range(1, 7)
+    ]
 
 
 def test_both_readings_close_a_loop_that_is_written_independently(robot: symkin.Mechanism) -> None:

@@ -5,16 +5,17 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, ClassVar, TypeVar
 
 from symkin.errors import named_legs
 from symkin.estimate.evidence.codes import DOUBTS, NOTES, Code
+from symkin.model.mechanism import Mechanism
 from symkin.options import flags_of
 from symkin.present import asker
 from symkin.values import Value, field, record
 
-__all__ = ["Doubt", "Note", "few"]
+__all__ = ["Doubt", "Note", "few", "of_readings"]
 
 _LISTED = 8
 
@@ -180,3 +181,16 @@ def _literal(value: Any) -> str:
     if isinstance(value, tuple | list):
         return "[" + ", ".join(map(_literal, value)) + "]"
     return f'"{value}"' if isinstance(value, str) else repr(value)
+
+
+_AnyFinding = TypeVar("_AnyFinding", bound=_Finding)
+
+
+def of_readings(findings: Iterable[_AnyFinding], robot: Mechanism) -> tuple[_AnyFinding, ...]:
+    """Findings that also say which readings their legs are, where a leg has several."""
+    if not robot.ties:
+        return tuple(findings)
+    return tuple(
+        dataclasses.replace(each, figures={**each.figures, "legs": robot.named_legs(each.legs)})
+        for each in findings
+    )
