@@ -10,8 +10,8 @@ as large, with a third of the reflectors hidden, and with one place known: how m
 identified, chi-square, the error of the end effector over the workspace with frames aligned
 (position and orientation) over the bound, which is what the declared noise and the priors leave,
 and over what the estimate expects; single robots within 20% of that; on 20 rows held out, by how
-much chi-square rises a degree of freedom when they join; and the share of parameters that the 95%
-intervals of the declared noise hold. CASES are how many lines are printed, by default all.
+much chi-square rises a degree of freedom when they join; and the share of parameters that their 95%
+intervals hold. CASES are how many lines are printed, by default all.
 """
 
 from __future__ import annotations
@@ -23,6 +23,7 @@ import numpy as np
 
 import symkin
 from symkin.analysis.observed import Observed
+from symkin.estimate.precision import Expected
 from symkin.model.settings import Frames
 from symkin.planning.simulation import disturb
 
@@ -87,11 +88,11 @@ def case(robots: int, points: int, times: float, hidden: float, known: int) -> d
         told["true"].append((left.position_rms, left.orientation_rms))
         expected = np.array((found.expected.position, found.expected.orientation))
         told["expected"].append(expected)
-        told["bound"].append(expected / found.widened)
+        bound = Expected.of(dataclasses.replace(found, covariance=found.model_covariance))
+        told["bound"].append((bound.position, bound.orientation))
         off = np.abs(found.mechanism.parameters - actual.parameters)
         unknown = found.deviations > 0
-        sigmas = off[unknown] * found.widened / found.deviations[unknown]
-        told["inside"].append(np.mean(sigmas < WITHIN))
+        told["inside"].append(np.mean(off[unknown] < WITHIN * found.deviations[unknown]))
     return told
 
 

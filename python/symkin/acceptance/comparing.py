@@ -167,8 +167,13 @@ def compare(
     if not names:
         raise SymkinError("no parameter of a leg was identified in both calibrations")
     own = [[each.names.index(name) for name in names] for each in pair]
-    parts = [each.covariance[np.ix_(at, at)] for each, at in zip(pair, own, strict=True)]
-    covariance = covariance_of_difference(parts[0], parts[1], _shared_prior(pair, names))
+    one_model, other_model = (
+        found.model_covariance[np.ix_(at, at)] for found, at in zip(pair, own, strict=True)
+    )
+    by_model = covariance_of_difference(one_model, other_model, _shared_prior(pair, names))
+    shared = one.widened * other.widened * (one_model + other_model - by_model)
+    printed = sum(found.covariance[np.ix_(at, at)] for found, at in zip(pair, own, strict=True))
+    covariance = printed - shared
     firsts = [{each.name: each for each in found.first_unknowns} for found in pair]
     values = [np.array([each[name].value for name in names]) for each in firsts]
     difference = values[1] - values[0]
@@ -263,14 +268,13 @@ def _same_rows(pair: list[Estimate]) -> list[str]:
 
 
 def _shared_prior(pair: list[Estimate], names: list[str]) -> Array:
-    """Information of the priors that both have, with what either widened its covariance by."""
+    """Information of the priors that both have."""
     priors = []
     for found in pair:
         known = {each.name: each.prior for each in found.first_unknowns}
         priors.append(np.array([known[name] for name in names]))
     both = np.isfinite(priors[0]) & (priors[0] == priors[1])
-    information = np.where(both, np.where(both, priors[0], 1.0) ** -2.0, 0.0)
-    return np.diag(information / (pair[0].widened * pair[1].widened))
+    return np.diag(np.where(both, np.where(both, priors[0], 1.0) ** -2.0, 0.0))
 
 
 def _end_effector(

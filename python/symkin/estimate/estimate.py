@@ -59,10 +59,11 @@ class Estimate(Examined[M], FolderResult):
     names : tuple of str
         Of what was estimated: the columns of
     covariance : ndarray, shape (columns, columns)
-        What deviations and promises rest on: `model_covariance` times the larger of `noise_factor`
-        and `conflict_factor`, and what was `assumed` besides. Leg by leg it is the jackknife's
-        where the residuals are larger than the declared noise explains, from those of all legs.
-        With a loss it follows the residuals that the loss keeps.
+        What deviations and promises rest on: `model_covariance`, of which what the noise leaves is
+        taken times `noise_factor`, and what the priors leave times the larger of that and
+        `conflict_factor`, and what was `assumed` besides. Leg by leg it is the jackknife's where
+        the residuals are larger than the declared noise explains, from those of all legs. With a
+        loss it follows the residuals that the loss keeps.
     goodness : tuple of GoodnessOfFit
         Chi-square of each fit: of each leg, or one of all. `chi_square`, `degrees_of_freedom`,
         `chi_square_ratio`, `limit` and `least` are of all together.
@@ -102,8 +103,9 @@ class Estimate(Examined[M], FolderResult):
         Chi-square per degree of freedom where that is larger than the declared noise explains,
         else 1.
     conflict_factor : float
-        On variances that rest on priors: the square of `conflict.ratio`, which says how much
-        further from the drawing the robot is than they do, at least 1; 1 without priors.
+        On what the priors leave of variances: of `conflict.ratio`, which says how much further from
+        the drawing the robot is than they do, one and a half times its square less 1, at least 1;
+        1 without priors.
     assumed : tuple of Assumed
         What was declared of what is held or assumed (`identify`'s `assume`), and how far it moves
         the estimates; `covariance` contains it, `observed_covariance` does not.

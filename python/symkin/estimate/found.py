@@ -360,7 +360,7 @@ class Found(Value, Generic[M]):
 
     @property
     def widened(self) -> float:
-        """Times the deviations of the model are those that are printed."""
+        """Times the model's deviations of what priors alone hold are those that are printed."""
         return math.sqrt(max(self.noise_factor, self.conflict_factor))
 
     @property

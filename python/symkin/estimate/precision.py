@@ -214,12 +214,8 @@ class Expected(Value):
             layout = survey.layout.with_prior("tolerances")
             survey = dataclasses.replace(survey, layout=layout, priors=layout.prior)
         if np.isfinite(survey.priors).any():
-            silent = survey.held(poses, found.model_covariance)
-            held = dataclasses.replace(
-                silent,
-                position=found.widened * silent.position,
-                orientation=found.widened * silent.orientation,
-            )
+            factors = found.noise_factor, found.conflict_factor
+            held = survey.held(poses, found.model_covariance, *factors)
         return cls(
             position=float(np.sqrt(position.mean())),
             orientation=float(np.sqrt(orientation.mean())),

@@ -21,6 +21,7 @@ from symkin.estimate.conflict import (
     DrawingConflict,
     after_priors,
     conflict_of,
+    widened_by,
 )
 from symkin.estimate.fit import as_mechanism
 from symkin.estimate.found import Found, GoodnessOfFit, Latent
@@ -113,7 +114,7 @@ class _Known(NamedTuple):
 
     @classmethod
     def of(cls, problem: Problem, fit: _core.JointFit) -> _Known:
-        """Of a fit: the larger of both factors widens all variances."""
+        """Of a fit: noise by its factor, what priors say by the larger of both."""
         layout = problem.layout
         has_loss, model = problem.has_loss(fit), problem.covariance_of(fit)
         noise = 1.0
@@ -128,7 +129,8 @@ class _Known(NamedTuple):
                 layout.relations,
             )
         factor = held.variance_factor if held else 1.0
-        return cls(model, model * max(noise, factor), told, noise, factor)
+        known = widened_by(model, layout.prior_rows, noise, factor)
+        return cls(model, known, told, noise, factor)
 
 
 def settled(robot: Mechanism, noise: NoiseSettings, measurements: Measurements) -> Problem:

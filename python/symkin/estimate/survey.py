@@ -429,11 +429,17 @@ class Survey(Value):
         values, vectors = self._decomposed(rows)
         return self._named(vectors[len(values) :])
 
-    def held(self, workspace: ArrayLike | Any, covariance: Array) -> HeldByPriors:
+    def held(
+        self,
+        workspace: ArrayLike | Any,
+        covariance: Array,
+        noise_factor: float = 1.0,
+        conflict_factor: float = 1.0,
+    ) -> HeldByPriors:
         """What of this covariance is the priors' own; see `HeldByPriors`.
 
         Combinations of unknowns that have priors, each in units of its own, whose deviation is not
-        a tenth smaller than before.
+        a tenth smaller than before. The factors widen what comes from them, as `widened_by` does.
         """
         known = np.flatnonzero(np.isfinite(self.priors))
         rows = self.layout.prior_rows
@@ -445,6 +451,8 @@ class Survey(Value):
         kept = shares > SILENT**2
         # What goes with each of these, which are independent of the other combinations.
         moves = covariance[:, known] @ back.T @ vectors[:, kept] / np.sqrt(shares[kept])
+        apart = max(conflict_factor - noise_factor, 0.0)
+        moves *= np.sqrt(noise_factor + apart * shares[kept])
         named = np.zeros((int(kept.sum()), len(self.scale)))
         named[:, known] = (units @ vectors[:, kept] / self.scale[known, None]).T
         expected = self.expected(workspace, moves @ moves.T)

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from symkin.analysis.observed import Observed
 from symkin.analysis.promises import promised, thinned
 from symkin.analysis.workspace import workspace_coordinates
+from symkin.estimate.conflict import widened_by
 from symkin.estimate.estimate import Estimate
 from symkin.estimate.survey import SILENT, Survey
 from symkin.model.mechanism import Mechanism
@@ -61,7 +62,7 @@ class _Tries:
     avoided: list[Array] = field(default_factory=list)
 
 
-_Surveyed: TypeAlias = tuple[Survey, Array, dict[str, Array], float]
+_Surveyed: TypeAlias = tuple[Survey, Array, dict[str, Array]]
 
 
 class Chooser:
@@ -183,16 +184,17 @@ class Chooser:
 
         Bounds by name, m and rad, and names of what priors alone hold even then, the worst first.
         """
-        survey, rows, forms, _ = self._surveyed(None)
+        survey, rows, forms = self._surveyed(None)
         flat = rows[np.isfinite(rows).all(axis=(1, 2))].reshape(-1, rows.shape[2])
         known = np.linalg.inv(_prior_information(survey) + flat.T @ flat)
         covariance: Array = np.outer(survey.scale, survey.scale) * known
         shares = np.sqrt(np.diag(covariance)) / survey.priors
         names = [survey.unknowns[i] for i in np.argsort(-shares) if shares[i] > SILENT]
-        return self._bounds(forms, covariance, 1.0), tuple(names)
+        return self._bounds(forms, covariance), tuple(names)
 
     def _completing(self, estimate: Estimate[Any] | None) -> tuple[Completing, Any]:
-        survey, rows, forms, widened = self._surveyed(estimate)
+        survey, rows, forms = self._surveyed(estimate)
+        factors = (estimate.noise_factor, estimate.conflict_factor) if estimate else (1.0, 1.0)
         scale = survey.scale
         scaled = np.outer(scale, scale)
         known = self._known(survey, estimate)
@@ -212,7 +214,8 @@ class Chooser:
         )
 
         def reached(covariance: Array) -> bool:
-            bounds = self._bounds(forms, scaled * covariance, widened)
+            printed = widened_by(scaled * covariance, survey.layout.prior_rows, *factors)
+            bounds = self._bounds(forms, printed)
             return all(bounds[name] <= value for name, value in self.target.wanted.items())
 
         return completing, reached
@@ -233,8 +236,7 @@ class Chooser:
         rows = survey.rows(poses) * survey.scale
         rows = rows.reshape(len(self.candidates), -1, rows.shape[2])
         position, orientation, *_ = survey.error_forms(self._over)
-        widened = estimate.widened if estimate is not None else 1.0
-        return survey, rows, {"position": position, "orientation": orientation}, widened
+        return survey, rows, {"position": position, "orientation": orientation}
 
     def _known(self, survey: Survey, estimate: Estimate[Any] | None) -> Array | None:
         """What an estimate knows of the unknowns, with whatever else it has taken for unknown."""
@@ -252,13 +254,10 @@ class Chooser:
         known = self.robot.with_parameters(estimate.mechanism.parameters, symmetry=None)
         return known.replace(frames=estimate.mechanism.frames)
 
-    def _bounds(
-        self, forms: Mapping[str, Array], covariance: Array, widened: float
-    ) -> dict[str, float]:
+    def _bounds(self, forms: Mapping[str, Array], covariance: Array) -> dict[str, float]:
         both = (forms["position"], forms["orientation"])
         found = promised(both, covariance, (0, 0), self.target.confidence)
-        bounds = {"position": found.position_bound, "orientation": found.orientation_bound}
-        return {name: widened * value for name, value in bounds.items()}
+        return {"position": found.position_bound, "orientation": found.orientation_bound}
 
     def _chance(self) -> Array:
         """How likely each candidate can be measured, by what became of those near it."""

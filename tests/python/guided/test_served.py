@@ -148,7 +148,7 @@ def test_a_coordinate_that_was_not_seen_is_a_dash(robot, tmp_path):
 
 
 def test_a_row_in_another_unit_is_put_right_by_a_button(robot, tmp_path):
-    session = robot.measure(ACCURACY, tmp_path, **FEW)
+    session = robot.measure(ACCURACY / 2, tmp_path, **FEW)
     client, device = client_of(session), SimulatedDevice(robot, seed=2)
     for _ in range(8):
         told(client, row=typed(session, device(session.next())))

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import symkin
-from symkin.estimate.conflict import LIMIT, after_priors, conflict_of
+from symkin.estimate.conflict import LIMIT, after_priors, conflict_of, widened_by
 from symkin.estimate.workshop import workshop_tolerances
 from symkin.model.settings import Frames
 
@@ -57,11 +57,24 @@ def test_a_robot_at_three_tolerances_is_doubted_and_its_intervals_are_wider(robo
     factors = np.array([each.conflict.factor for each in found])
     assert np.exp(np.log(factors).mean()) == pytest.approx(3.0, rel=0.35)
     for each in found:
-        assert each.conflict_factor == pytest.approx(each.conflict.ratio**2)
-        assert each.covariance == pytest.approx(
-            each.model_covariance * max(each.conflict_factor, each.noise_factor)
-        )
+        assert each.conflict_factor == pytest.approx(1.5 * (each.conflict.ratio**2 - 1))
         assert each.conflict_factor > 3
+        by_priors = each.prior_rows @ each.model_covariance
+        apart = (each.conflict_factor - each.noise_factor) * by_priors.T @ by_priors
+        assert each.covariance == pytest.approx(each.noise_factor * each.model_covariance + apart)
+
+
+def test_wider_priors_leave_what_the_noise_brings_as_it_is():
+    random = np.random.default_rng(5)
+    rows, priors = random.normal(size=(6, 4)), np.diag([0.5, 2.0, 1.0, 4.0])
+    covariance = np.linalg.inv(rows.T @ rows + priors.T @ priors)
+    truth = 3 * random.normal(size=(40_000, 4)) / np.diag(priors)
+    seen = truth @ rows.T + 2 * random.normal(size=(len(truth), 6))
+    errors = seen @ rows @ covariance - truth
+    expected = widened_by(covariance, priors, noise=4.0, priors=9.0)
+    assert np.cov(errors.T) == pytest.approx(expected, rel=0.05, abs=0.02)
+    before = np.diag(np.diag(priors) ** -2.0)
+    assert widened_by(before, priors, noise=1.0, priors=9.0) == pytest.approx(9 * before)
 
 
 def test_a_robot_computed_from_its_drawing_with_noise_is_named(robot, poses):

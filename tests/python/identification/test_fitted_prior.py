@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import symkin
+from symkin.estimate.conflict import widened_by
 from symkin.estimate.fitted_prior import _alike, fitted_prior
 from symkin.estimate.robot_symmetry import _Legs
 from symkin.estimate.unknowns import Layout
@@ -137,8 +138,9 @@ def test_what_measurements_say_of_the_tolerances_is_found_and_told(alike, tmp_pa
 def test_the_covariance_contains_the_prior_and_what_averaging_leaves_open(alike):
     _, found = alike
     prior = found.fitted_prior
-    factor = max(found.noise_factor, found.conflict_factor)
-    np.testing.assert_allclose(found.covariance - factor * found.model_covariance, prior.spread)
+    factors = found.noise_factor, found.conflict_factor
+    known = widened_by(found.model_covariance, found.prior_rows, *factors)
+    np.testing.assert_allclose(found.covariance - known, prior.spread, rtol=1e-6)
     assert (
         np.linalg.eigvalsh(prior.spread / np.outer(*2 * [np.sqrt(np.diag(found.covariance))]))[0]
         > -1e-9

@@ -179,7 +179,9 @@ def compared(case, found, kind=""):
         name = name_of(scalar, kind)
         unknown = found.params[name]
         assert unknown.value == pytest.approx(value, abs=1e-5 * sd), name
-        assert unknown.deviation / found.widened == pytest.approx(sd, rel=1e-6), name
+        columns, factors = map(list, zip(*unknown.moves, strict=True))
+        known = found.model_covariance[np.ix_(columns, columns)]
+        assert factors @ known @ factors == pytest.approx(sd**2, rel=2e-6), name
 
 
 @pytest.mark.parametrize(

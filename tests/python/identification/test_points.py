@@ -304,8 +304,9 @@ def test_hexapods_are_identified_as_by_explicit_least_squares(name, shared_refer
         if scalar.startswith("base_frame_r"):
             continue  # of a rotation about another start
         unknown = found.params[name_of(scalar)]
+        own = found.names.index(unknown.name)
         assert unknown.value == pytest.approx(value, abs=1e-5 * deviation)
-        assert unknown.deviation / found.widened == pytest.approx(deviation, rel=1e-6)
+        assert found.model_covariance[own, own] == pytest.approx(deviation**2, rel=2e-6)
 
 
 def name_of(scalar):

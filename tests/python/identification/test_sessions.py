@@ -199,7 +199,7 @@ def compared(case, found, parts):
             row[columns.index(name)] = sign
         mine = sum(sign * found.params[name].value for name, sign in terms.items())
         assert mine == pytest.approx(value, abs=1e-5 * sd)
-        deviation = np.sqrt(row @ found.covariance @ row) / found.widened
+        deviation = np.sqrt(row @ found.model_covariance @ row)
         assert deviation == pytest.approx(sd, rel=1e-6)
 
 
