@@ -148,22 +148,28 @@ def _even(track: Track, step: float) -> _Even:
 
 
 def _lag(first: Array, second: Array) -> tuple[float, float]:
-    """Steps by which the second is later on the first, to parts of a step; and how alike."""
+    """Steps by which the second is later on the first, to parts of a step; and how alike.
+
+    Of what both have at a lag, so that neither has to begin or end with the other; at least half of
+    the shorter.
+    """
     a, b = (np.nan_to_num(each - np.nanmean(each)) for each in (first, second))
     size = 1 << (len(a) + len(b) - 1).bit_length()
     product = np.fft.irfft(np.fft.rfft(a, size) * np.conj(np.fft.rfft(b, size)), size)
     product = np.concatenate([product[-len(b) + 1 :], product[: len(a)]])
-    best = int(product.argmax())
+    lags = np.arange(1 - len(b), len(a))
+    low, high = np.maximum(0, lags), np.minimum(len(a), len(b) + lags)
+    of_a, of_b = (np.concatenate([[0.0], np.cumsum(each**2)]) for each in (a, b))
+    squares = (of_a[high] - of_a[low]) * (of_b[high - lags] - of_b[low - lags])
+    shared = (high - low >= min(len(a), len(b)) / 2) & (squares > 0)
+    alike = np.where(shared, product / np.sqrt(np.where(shared, squares, 1.0)), -1.0)
+    best = int(alike.argmax())
     shift = 0.0
-    if 0 < best < len(product) - 1:
-        left, peak, right = product[best - 1 : best + 2]
+    if 0 < best < len(alike) - 1 and shared[best - 1 : best + 2].all():
+        left, peak, right = alike[best - 1 : best + 2]
         bend = left - 2 * peak + right
         shift = float((left - right) / (2 * bend)) if bend < 0 else 0.0
-    lag = best - (len(b) - 1)
-    low, high = max(0, lag), min(len(a), len(b) + lag)
-    own, other = a[low:high], b[low - lag : high - lag]
-    size_of = float(np.linalg.norm(own) * np.linalg.norm(other))
-    return lag + shift, float(own @ other) / size_of if size_of else 0.0
+    return float(lags[best]) + shift, max(float(alike[best]), 0.0)
 
 
 def _in_windows(one: _Even, two: _Even, offset: float, step: float) -> tuple[Array, Array]:

@@ -283,6 +283,41 @@ def test_logs_of_other_motions_are_refused(tmp_path, five_bar):
         import_log(path, encoders, mechanism=five_bar)
 
 
+@pytest.mark.parametrize("kept", [slice(None, 950), slice(900, None), slice(500, 1500)])
+def test_a_take_may_begin_and_end_anywhere_in_the_encoders_log(tmp_path, five_bar, kept):
+    take, at, times, readings = recorded(five_bar)
+    path = written(tmp_path, "take.csv", motive_csv(take[kept], at[kept]))
+    encoders = written(tmp_path, "encoders.csv", encoders_csv(times, readings))
+    found = import_log(path, encoders, mechanism=five_bar)
+    poses = np.column_stack([found.columns["x_m"], found.columns["y_m"]])
+    psi = np.column_stack([found.columns["psi_1_rad"], found.columns["psi_2_rad"]])
+    assert len(poses) >= 4
+    assert np.abs(poses - five_bar.forward_kinematics(psi)[0]).max() < 3e-4
+
+
+def test_logs_in_other_units_than_they_say_are_refused_and_the_file_named(tmp_path, five_bar):
+    take, at, times, readings = recorded(five_bar)
+    said = motive_csv(take, at)
+    path = written(tmp_path, "take.csv", said)
+    metres = written(tmp_path, "metres.csv", said.replace("Millimeters", "Meters"))
+    told = encoders_csv(times, readings)
+    encoders = written(tmp_path, "encoders.csv", told)
+    degrees = written(tmp_path, "degrees.csv", encoders_csv(times, np.degrees(readings)))
+    one = [line.rpartition(",")[0] for line in told.splitlines()]
+    for first, second, words in (
+        (metres, encoders, r"encoders.csv: .*1e\+03 times as far apart"),
+        (path, degrees, "degrees.csv: .*not in the units"),
+        (path, written(tmp_path, "one.csv", "\n".join(one)), "one.csv: has no readings of leg 2"),
+        (
+            path,
+            written(tmp_path, "twice.csv", told + told.partition("\n")[2]),
+            "twice.csv: the times of a log",
+        ),
+    ):
+        with pytest.raises(SymkinError, match=words):
+            import_log(first, second, mechanism=five_bar)
+
+
 def test_a_take_beside_encoders_needs_the_robot(tmp_path, five_bar):
     take, at, times, readings = recorded(five_bar)
     path = written(tmp_path, "take.csv", motive_csv(take, at))
@@ -391,6 +426,16 @@ def test_a_sheet_of_excel_is_found_below_its_notes(tmp_path):
     assert any("header is row 3" in each for each in found.took)
     assert any("cover" in each for each in found.left)
     assert any("remark" in each for each in found.left)
+
+
+def test_a_row_of_units_below_the_names_of_a_sheet_belongs_to_them(tmp_path):
+    openpyxl = pytest.importorskip("openpyxl")
+    book = openpyxl.Workbook()
+    for row in (["x", "y", "psi_1"], ["mm", "mm", "°"], [1, 2.5, 10], [3, 4, 11]):
+        book.active.append(row)
+    book.save(tmp_path / "book.xlsx")
+    found = import_log(tmp_path / "book.xlsx")
+    assert list(found.columns) == ["x_mm", "y_mm", "psi_1_deg"]
 
 
 CLBM = (

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from symkin.analysis.clocks import Track, align_clocks, rests_of
 from symkin.data.columns import own_columns, read_readings, reading_column_names
+from symkin.errors import SymkinError
 from symkin.exports.logs.log import Asked, ImportedLog, Log, LogFormat
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import quaternions_from_rotation_vectors, rotations_from_quaternions
@@ -33,6 +34,8 @@ _UNITS = {"meters": 1.0, "metres": 1.0, "millimeters": 1e-3, "millimetres": 1e-3
           "centimeters": 1e-2, "mm": 1e-3, "cm": 1e-2, "m": 1.0}  # fmt: skip
 _TIMES = {"time_s": 1.0, "time_ms": 1e-3, "time_us": 1e-6, "time_ns": 1e-9}
 _LIKE = 0.5  # correlation of distances below which two logs are of two motions
+_FAR = 3.0  # times as far: no error of a drawing, and no unit for another
+_CLOCKS_APART = 0.01
 # From y up to z up.
 _UPRIGHT = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 
@@ -106,9 +109,17 @@ def _joined(take: _Take, beside: Log, robot: Mechanism, title: str) -> ImportedL
     size = robot.space.size
     if not size:
         raise beside.error("is of a platform that only turns; expected one that moves")
-    shown = Track(times, np.where(np.isfinite(poses[:, :size]), poses[:, :size], np.nan))
+    try:
+        shown = Track(times, np.where(np.isfinite(poses[:, :size]), poses[:, :size], np.nan))
+    except SymkinError as error:
+        raise beside.error(str(error)) from error
     seen = take.track
     clocks = align_clocks(seen, shown)
+    if abs(clocks.rate - 1) > _CLOCKS_APART:
+        raise beside.error(
+            "and the take are not of one motion, or not in the units that their names say: one "
+            f"clock would go {clocks.rate:.3g} times as fast as the other"
+        )
     rests = rests_of(seen, shown, clocks)
     rows: list[tuple[NDArray[np.intp], NDArray[np.intp]]] = []
     for begin, end in rests:
@@ -122,9 +133,15 @@ def _joined(take: _Take, beside: Log, robot: Mechanism, title: str) -> ImportedL
             "and the take share no rest of 0.3 s or more; hold still at each pose, since samples "
             "taken while it moves are as wrong as the clocks are"
         )
-    if not _alike(seen.positions, shown.positions, rows):
+    alike, times_as_far = _compared(seen.positions, shown.positions, rows)
+    if alike < _LIKE:
         raise beside.error(
             "and the take are not of one motion: the places where they rest are otherwise apart"
+        )
+    if not 1 / _FAR < times_as_far < _FAR:
+        raise beside.error(
+            f"and the take are not in the units that they say: the take's rests are "
+            f"{times_as_far:.3g} times as far apart as the nominal robot's at these readings"
         )
     columns: dict[str, Array] = {"time_s": np.array([take.times[own].mean() for own, _ in rows])}
     parts = [_columns_of_take(take, own, mean=True, robot=robot) for own, _ in rows]
@@ -146,20 +163,24 @@ def _joined(take: _Take, beside: Log, robot: Mechanism, title: str) -> ImportedL
     return ImportedLog(title, columns, None, took, left)
 
 
-def _alike(
+def _compared(
     seen: Array, shown: Array, rows: Sequence[tuple[NDArray[np.intp], NDArray[np.intp]]]
-) -> bool:
-    """Whether two logs have much the same distances between the places where they rest."""
-    if len(rows) < 4:  # of which nobody can tell
-        return True
+) -> tuple[float, float]:
+    """Correlation of the distances between the places where two logs rest, and their ratio.
+
+    1 of fewer than four places, of which nobody can tell.
+    """
     apart = []
     for places, which in ((seen, 0), (shown, 1)):
         means = np.array([np.nanmean(places[row[which]], axis=0) for row in rows])
         away = np.linalg.norm(means[:, None] - means[None], axis=2)
         apart.append(away[np.triu_indices(len(rows), 1)])
+    if len(rows) < 4 or not apart[1].any():
+        return 1.0, 1.0
     first, second = (each - each.mean() for each in apart)
     size = float(np.linalg.norm(first) * np.linalg.norm(second))
-    return size == 0 or float(first @ second) / size > _LIKE
+    ratio = float(np.linalg.norm(apart[0]) / np.linalg.norm(apart[1]))
+    return float(first @ second) / size if size else 1.0, ratio
 
 
 def _columns_of_take(
@@ -215,7 +236,14 @@ def _encoders(log: Log, robot: Mechanism) -> tuple[Array, Array]:
         )
     times = _TIMES[name] * table.numbers(name)
     columns = own_columns(table, robot.pose_space, legs, partial=True)
-    return times, read_readings(table, columns, robot.reading_unit)
+    readings = read_readings(table, columns, robot.reading_unit)
+    unread = np.flatnonzero(~np.isfinite(readings).any(axis=0))
+    if len(unread):
+        raise log.error(
+            f"has no readings of {robot.named_legs(unread)} (columns present: "
+            f"{', '.join(table.names)})"
+        )
+    return times, readings
 
 
 def _is_motive(log: Log) -> bool:
@@ -368,7 +396,9 @@ def _read_vicon(log: Log, asked: Asked) -> _Take:
     elif len(turn) == 3:
         unit = units[turn[0]] or "rad"
         if unit not in ("deg", "rad"):
-            raise log.error(f'has rotations in "{unit}"; expected deg or rad')
+            raise log.error(
+                f'has rotations in "{unit}"; expected deg or rad in the row below the axes'
+            )
         vectors = data[:, turn] * unit_factor(unit, "rad")
         good = np.isfinite(vectors).all(axis=1)
         turns, how = np.full((len(data), 4), np.nan), "as rotation vectors, as Vicon has them"
@@ -451,7 +481,7 @@ def _read_ros(log: Log, _asked: Asked) -> _Take:
         turns = values[:, columns]
         used += columns
     others = [name for k, name in enumerate(names) if k and k not in used]
-    took = (f"{len(values)} poses of {names[used[0]].rpartition('.')[0]}",)
+    took = (f"{len(values)} poses of {re.sub(r'[./]x$', '', names[used[0]])}",)
     left = (f"columns {', '.join(others[:6])}{' ...' if len(others) > 6 else ''}",) * bool(others)
     return _Take(values[:, 0], none if not used else places, turns,
                  np.zeros((len(values), 0, 3)), took, left)  # fmt: skip

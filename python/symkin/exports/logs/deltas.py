@@ -200,6 +200,8 @@ def _read_marlin(log: Log, asked: Asked) -> ImportedLog:
         left.append(f"what Marlin made of them in {calibrations} iterations: its deviations")
     if rows.points and asked.radius is not None and any("Auto Calibrate" in x for x in log.lines):
         left.append("that G33 may have averaged several points of a circle into one")
+    if calibrations and not rows.points:
+        left.append("the points of G33, which it prints with V2 or V3 alone")
     if not rows.points and not repeats:
         raise log.error(
             "has no probed points: G33 prints them with V2 or V3, G30 and G29 V4 do as Bed X: ..."

@@ -22,6 +22,8 @@ _MOST_ROWS, _MOST_COLUMNS = 200_000, 400
 _MOST_UNPACKED = 200_000_000  # bytes of a sheet
 _DEEPEST = 8
 _SHOWN = 6
+_UNITS = {unit: unit for unit in ("m", "mm", "cm", "um", "rad", "mrad", "deg", "s", "ms")}
+_UNITS |= {"\u00b0": "deg", "\u00b5m": "um", "\u03bcm": "um"}
 
 
 def _listed(names: Iterable[str]) -> str:
@@ -164,10 +166,10 @@ def _read_excel(log: Log, _asked: Asked) -> ImportedLog:
         head = _header_of(rows)
         if head is None:
             continue
-        names = [str(each).strip() if each is not None else "" for each in rows[head]]
+        names = _names_of(rows, head)
         named = {name: k for k, name in enumerate(names) if name}
         if len(named) < sum(bool(name) for name in names):
-            raise log.error(f'sheet "{title}" has a column twice: {_listed(names)}')
+            raise log.error(f'sheet "{title}" has a column twice: {_listed(filter(None, names))}')
         below = rows[head + 1 :]
         end = next(
             (i for i, row in enumerate(below) if all(each is None for each in row)), len(below)
@@ -201,6 +203,18 @@ def _header_of(rows: Sequence[Sequence[Any]]) -> int | None:
         if names >= 2 and not others and numbers >= 2:
             return i
     return None
+
+
+def _names_of(rows: Sequence[Sequence[Any]], head: int) -> list[str]:
+    """Names of a header; of units alone, with those of the row above: ``x`` and ``mm``, x_mm."""
+    below, above = (
+        [str(each).strip() if each is not None else "" for each in (rows[k] if k >= 0 else ())]
+        for k in (head, head - 1)
+    )
+    units = [_UNITS.get(each, each) for each in below]
+    if not any(above) or not {*units} <= {"", *_UNITS.values()}:
+        return below
+    return [f"{name}_{unit}" if unit else name for name, unit in zip(above, units, strict=False)]
 
 
 EXCEL = LogFormat("excel", "an Excel sheet", _is_excel, _read_excel)
