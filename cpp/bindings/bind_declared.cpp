@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "bindings.hpp"
+#include "symkin/chains/declared/assembly.hpp"
 #include "symkin/chains/registry.hpp"
 #include "symkin/model/pose_space.hpp"
 #include "symkin/support/error.hpp"
@@ -71,7 +72,7 @@ Declaration make_declaration(const std::string& name, const std::string& space,
                              const Joints& joints, const Transforms& transforms, const Loops& loops,
                              const Scalars& scalars, const symkin::Vector& home_pose,
                              const symkin::Vector& home_joints,
-                             const std::vector<symkin::Index>& free, bool recognise) {
+                             const std::vector<symkin::Index>& free, bool recognise, int closure) {
   static const std::map<std::string, JointKind> kinds = {{"R", JointKind::turn},
                                                          {"P", JointKind::slide}};
   static const std::map<std::string, Compares> comparisons = {
@@ -91,7 +92,7 @@ Declaration make_declaration(const std::string& name, const std::string& space,
                                " joints; expected " + std::to_string(symkin::coordinate_count(of)) +
                                " and " + std::to_string(own));
   }
-  Declaration made{name, of, {}, home_pose, home_joints, free, recognise};
+  Declaration made{name, of, {}, home_pose, home_joints, free, recognise, closure};
   for (const auto& [kind, axis, read, follows, ratio, offset] : joints) {
     made.leg.joints.push_back(
         {named(kinds, kind), Eigen::Vector3d(axis.data()), read, follows, ratio, offset});
@@ -116,7 +117,16 @@ void bind_declared(py::module_& module) {
   py::class_<Declaration>(module, "Declaration")
       .def(py::init(&make_declaration), py::arg("name"), py::arg("pose_space"), py::arg("joints"),
            py::arg("transforms"), py::arg("loops"), py::arg("scalars"), py::arg("home_pose"),
-           py::arg("home_joints"), py::arg("free"), py::arg("recognise"));
+           py::arg("home_joints"), py::arg("free"), py::arg("recognise"), py::arg("closure"));
+  module.def(
+      "binding_closures",
+      [](const Declaration& declaration) {
+        return symkin::declared::binding_closures(
+            declaration.leg,
+            {symkin::declared::pose_of(declaration.pose_space, declaration.home_pose.data()),
+             declaration.home_joints});
+      },
+      py::arg("declaration"));
   module.def(
       "joints_at_home",
       [](const Declaration& declaration, const std::vector<bool>& known) {

@@ -87,8 +87,10 @@ void bind_chains(py::module_& module) {
       .def("is_angular", &ChainInfo::is_angular, py::arg("parameter"))
       .def_readonly("closures", &ChainInfo::closures)
       .def_readonly("hangs", &ChainInfo::hangs)
+      .def_readonly("read", &ChainInfo::read)
       .def_property_readonly("runs_as", [](const ChainInfo& self) { return self.runs_as; })
-      .def_property_readonly("free_coordinates", &symkin::free_coordinates)
+      .def_property_readonly("free_coordinates",
+                             [](const ChainInfo& self) { return symkin::free_coordinates(self); })
       .def_readonly("mode_is_orientation", &ChainInfo::mode_is_orientation)
       .def_property_readonly("working_mode",
                              [](const ChainInfo& self) { return self.working_mode; });
@@ -145,6 +147,7 @@ void bind_mechanism(py::module_& module) {
                              [](const Mechanism& self) { return to_string(self.pose_space()); })
       .def_property_readonly("dof", &Mechanism::dof)
       .def_property_readonly("mobility", &Mechanism::mobility)
+      .def_property_readonly("free_coordinates", &Mechanism::free_coordinates)
       .def_property_readonly("redundant", &Mechanism::redundant)
       .def_property_readonly("underdetermined", &Mechanism::underdetermined)
       .def_property_readonly("leg_count", &Mechanism::leg_count)

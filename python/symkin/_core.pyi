@@ -10,7 +10,7 @@ import numpy
 import numpy.typing
 import symkin.errors
 import typing
-__all__: list[str] = ['AccuracyWeights', 'ActiveJoint', 'Carrier', 'Certificate', 'ChainInfo', 'ClosureRows', 'Criterion', 'CsvColumn', 'CsvTable', 'CsvWords', 'Declaration', 'DetectedSymmetry', 'Diagnosis', 'DrawingConflict', 'ElementImage', 'End', 'Error', 'Estimator', 'Fleet', 'FleetTolerances', 'ForwardKinematicsResult', 'FoundPair', 'Frame', 'GoodnessOfFit', 'IMAGE_TOLERANCES', 'Identification', 'ImpossibleLeg', 'Isometry', 'JointFit', 'JointMap', 'LegDeviation', 'LegIdentification', 'LegRows', 'MeasurementNoise', 'MeasurementSet', 'Mechanism', 'NotIdentifiable', 'Observability', 'Observations', 'Observed', 'ObservedRows', 'PairSymmetry', 'ParameterInfo', 'ParameterKind', 'PoseErrors', 'PoseSet', 'PoseUse', 'QuadraticForm', 'ResidualTest', 'RowFit', 'RowKind', 'Selection', 'SelectionMethod', 'SelectionOptions', 'Setup', 'Simulation', 'SingularityMeasures', 'Suspect', 'SymmetryElement', 'SymmetryFrame', 'SymmetryGroup', 'SymmetryMismatch', 'SymmetryPair', 'SymmetryTolerance', 'Tolerances', 'WorkspaceOptions', 'WorkspaceRejections', 'WorkspaceSample', 'WorkspaceSymmetry', 'accuracy_weights', 'analyse_observability', 'apart', 'carried_derivatives', 'carried_leg', 'chain_info', 'chain_names', 'chi_square_tail', 'closure', 'command_errors', 'continued', 'csv_cells', 'csv_number', 'declare_chain', 'detect_symmetry', 'diagnose', 'disturb', 'drawing_conflict', 'expected_accuracy', 'f_tail', 'find_pairs', 'fit_jointly', 'fleet_tolerances', 'forward_kinematics', 'generate_legs', 'generating_elements', 'identify', 'identify_many', 'image_of_legs', 'inside_workspace', 'inverse_kinematics', 'joints_at', 'joints_at_home', 'largest_error', 'left_unexplained', 'leg_carriers', 'linearise', 'loss_bend', 'loss_names', 'measurement_errors', 'mechanism_rows', 'mixed_quantile', 'noncentral_chi_square', 'observability_group', 'observability_rows', 'observed_rows', 'on_constraint', 'open_coordinates', 'pair_of', 'parameter_jacobian', 'pose_jacobian', 'projected_effects', 'reach_margin', 'reading_sign', 'redundant_scalars', 'sample_workspace', 'select_poses', 'simulate', 'singularity_measures', 'starting_poses', 'student_limit', 'symmetry_deviations', 'transform_leg', 'transform_poses', 'unknown_names', 'verify_symmetry', 'verify_workspace_symmetry', 'with_starting_frames']
+__all__: list[str] = ['AccuracyWeights', 'ActiveJoint', 'Carrier', 'Certificate', 'ChainInfo', 'ClosureRows', 'Criterion', 'CsvColumn', 'CsvTable', 'CsvWords', 'Declaration', 'DetectedSymmetry', 'Diagnosis', 'DrawingConflict', 'ElementImage', 'End', 'Error', 'Estimator', 'Fleet', 'FleetTolerances', 'ForwardKinematicsResult', 'FoundPair', 'Frame', 'GoodnessOfFit', 'IMAGE_TOLERANCES', 'Identification', 'ImpossibleLeg', 'Isometry', 'JointFit', 'JointMap', 'LegDeviation', 'LegIdentification', 'LegRows', 'MeasurementNoise', 'MeasurementSet', 'Mechanism', 'NotIdentifiable', 'Observability', 'Observations', 'Observed', 'ObservedRows', 'PairSymmetry', 'ParameterInfo', 'ParameterKind', 'PoseErrors', 'PoseSet', 'PoseUse', 'QuadraticForm', 'ResidualTest', 'RowFit', 'RowKind', 'Selection', 'SelectionMethod', 'SelectionOptions', 'Setup', 'Simulation', 'SingularityMeasures', 'Suspect', 'SymmetryElement', 'SymmetryFrame', 'SymmetryGroup', 'SymmetryMismatch', 'SymmetryPair', 'SymmetryTolerance', 'Tolerances', 'WorkspaceOptions', 'WorkspaceRejections', 'WorkspaceSample', 'WorkspaceSymmetry', 'accuracy_weights', 'analyse_observability', 'apart', 'binding_closures', 'carried_derivatives', 'carried_leg', 'chain_info', 'chain_names', 'chi_square_tail', 'closure', 'command_errors', 'continued', 'csv_cells', 'csv_number', 'declare_chain', 'detect_symmetry', 'diagnose', 'disturb', 'drawing_conflict', 'expected_accuracy', 'f_tail', 'find_pairs', 'fit_jointly', 'fleet_tolerances', 'forward_kinematics', 'generate_legs', 'generating_elements', 'identify', 'identify_many', 'image_of_legs', 'inside_workspace', 'inverse_kinematics', 'joints_at', 'joints_at_home', 'largest_error', 'left_unexplained', 'leg_carriers', 'linearise', 'loss_bend', 'loss_names', 'measurement_errors', 'mechanism_rows', 'mixed_quantile', 'noncentral_chi_square', 'observability_group', 'observability_rows', 'observed_rows', 'on_constraint', 'open_coordinates', 'pair_of', 'parameter_jacobian', 'pose_jacobian', 'projected_effects', 'reach_margin', 'reading_sign', 'redundant_scalars', 'sample_workspace', 'select_poses', 'simulate', 'singularity_measures', 'starting_poses', 'student_limit', 'symmetry_deviations', 'transform_leg', 'transform_poses', 'unknown_names', 'verify_symmetry', 'verify_workspace_symmetry', 'with_starting_frames']
 class AccuracyWeights:
     @property
     def evaluated(self) -> int:
@@ -93,6 +93,9 @@ class ChainInfo:
         ...
     @property
     def pose_space(self) -> str:
+        ...
+    @property
+    def read(self) -> bool:
         ...
     @property
     def reads_angle(self) -> bool:
@@ -180,7 +183,7 @@ class CsvWords:
     def distinct(self) -> list[str]:
         ...
 class Declaration:
-    def __init__(self, name: str, pose_space: str, joints: collections.abc.Sequence[tuple[str, typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], bool, typing.SupportsInt | typing.SupportsIndex, typing.SupportsFloat | typing.SupportsIndex, typing.SupportsFloat | typing.SupportsIndex]], transforms: collections.abc.Sequence[typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(10)"]], loops: collections.abc.Sequence[tuple[collections.abc.Sequence[tuple[str, typing.SupportsInt | typing.SupportsIndex]], collections.abc.Sequence[tuple[str, typing.SupportsInt | typing.SupportsIndex]], str, typing.SupportsInt | typing.SupportsIndex, typing.SupportsInt | typing.SupportsIndex]], scalars: collections.abc.Sequence[tuple[str, typing.SupportsInt | typing.SupportsIndex, typing.SupportsInt | typing.SupportsIndex, End, ParameterKind, bool, collections.abc.Sequence[tuple[str, typing.SupportsInt | typing.SupportsIndex, typing.SupportsInt | typing.SupportsIndex, typing.SupportsFloat | typing.SupportsIndex]]]], home_pose: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], home_joints: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], free: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], recognise: bool) -> None:
+    def __init__(self, name: str, pose_space: str, joints: collections.abc.Sequence[tuple[str, typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(3)"], bool, typing.SupportsInt | typing.SupportsIndex, typing.SupportsFloat | typing.SupportsIndex, typing.SupportsFloat | typing.SupportsIndex]], transforms: collections.abc.Sequence[typing.Annotated[collections.abc.Sequence[typing.SupportsFloat | typing.SupportsIndex], "FixedSize(10)"]], loops: collections.abc.Sequence[tuple[collections.abc.Sequence[tuple[str, typing.SupportsInt | typing.SupportsIndex]], collections.abc.Sequence[tuple[str, typing.SupportsInt | typing.SupportsIndex]], str, typing.SupportsInt | typing.SupportsIndex, typing.SupportsInt | typing.SupportsIndex]], scalars: collections.abc.Sequence[tuple[str, typing.SupportsInt | typing.SupportsIndex, typing.SupportsInt | typing.SupportsIndex, End, ParameterKind, bool, collections.abc.Sequence[tuple[str, typing.SupportsInt | typing.SupportsIndex, typing.SupportsInt | typing.SupportsIndex, typing.SupportsFloat | typing.SupportsIndex]]]], home_pose: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], home_joints: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"], free: collections.abc.Sequence[typing.SupportsInt | typing.SupportsIndex], recognise: bool, closure: typing.SupportsInt | typing.SupportsIndex) -> None:
         ...
 class DetectedSymmetry:
     @property
@@ -562,6 +565,9 @@ class Mechanism:
         ...
     @property
     def estimated_parameters(self) -> list[list[int]]:
+        ...
+    @property
+    def free_coordinates(self) -> list[int]:
         ...
     @property
     def leg_count(self) -> int:
@@ -1172,6 +1178,8 @@ def accuracy_weights(mechanism: Mechanism, poses: typing.Annotated[numpy.typing.
 def analyse_observability(rows: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]", "flags.c_contiguous"], scale: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]) -> Observability:
     ...
 def apart(a: SymmetryPair, b: SymmetryPair, size: typing.SupportsFloat | typing.SupportsIndex = 1.0) -> float:
+    ...
+def binding_closures(declaration: Declaration) -> int:
     ...
 def carried_derivatives(mechanism: Mechanism, leg: typing.SupportsInt | typing.SupportsIndex, pair: SymmetryPair, like: typing.SupportsInt | typing.SupportsIndex) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
     ...

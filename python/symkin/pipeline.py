@@ -107,7 +107,7 @@ class ProtocolResult(FolderResult, Generic[M]):
     @cached_property
     def comparison(self) -> tuple[EstimatorFigures, ...]:
         """What every estimator makes of the same measurements."""
-        if self.nominal.device is not None:  # which legs alone know nothing of
+        if self.nominal.device is not None or self.nominal.not_leg_by_leg:
             return (self._figures("joint", self.identification.options.poses),)
         # The paper's knows legs by their readings alone.
         known = _ESTIMATORS if self.nominal.closures == 1 else _ESTIMATORS[1:]
@@ -235,7 +235,7 @@ def run_protocol(
     simulation = (simulate if observed else simulate_observed)(own, plan, seed)
     measured = simulation.measurements
     progress("identifying the legs")
-    if observed:
+    if observed or own.not_leg_by_leg:
         found = identify(own, measured, estimator, poses=poses)
     else:
         found = identify_legs(own, measured, estimator or "implicit", poses=poses)

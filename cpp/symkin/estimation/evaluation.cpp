@@ -62,7 +62,7 @@ PoseErrors summarise(PoseSpace space, RowMatrix differences) {
 }  // namespace
 
 PoseErrors command_errors(const Mechanism& actual, const Mechanism& model, ConstRows commanded) {
-  const bool bound = model.closures() > 1;  // otherwise all poses are as they should be
+  const bool bound = model.mobility() < model.dof();  // otherwise all poses are as they should be
   RowMatrix differences(commanded.rows(), actual.dof());
   ForwardKinematicsResult taken;
   for (Index first = 0; first < commanded.rows(); first += kBlock) {

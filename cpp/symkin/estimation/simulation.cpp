@@ -31,8 +31,9 @@ ForwardKinematicsResult taken_by(const Mechanism& actual, const RowMatrix& comma
   return taken;
 }
 
-void add_noise(PoseSpace space, const MeasurementNoise& noise, Random& random, Rows poses,
-               Rows readings) {
+void add_noise(const Mechanism& mechanism, const MeasurementNoise& noise, Random& random,
+               Rows poses, Rows readings) {
+  const PoseSpace space = mechanism.pose_space();
   const Vector deviations = noise.pose_variances(space).cwiseSqrt();
   Vector step(deviations.size());
   for (Index i = 0; i < poses.rows(); ++i) {
@@ -41,7 +42,9 @@ void add_noise(PoseSpace space, const MeasurementNoise& noise, Random& random, R
     }
     move_pose(space, step.data(), poses.row(i).data());
     for (Index leg = 0; leg < readings.cols(); ++leg) {
-      readings(i, leg) += noise.reading * random.normal();
+      if (mechanism.model(leg).info().read) {
+        readings(i, leg) += noise.reading * random.normal();
+      }
     }
   }
 }
@@ -153,7 +156,7 @@ Simulation simulate(const Mechanism& actual, const Mechanism& model,
     result.replaced.push_back(replaced);
   }
   Random random(seed, kMeasurements);
-  add_noise(actual.pose_space(), noise, random, measured.poses, measured.readings);
+  add_noise(actual, noise, random, measured.poses, measured.readings);
   return result;
 }
 

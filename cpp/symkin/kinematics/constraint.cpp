@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <limits>
+#include <numeric>
+#include <utility>
 #include <vector>
 
 #include "symkin/kinematics/inverse_kinematics.hpp"
@@ -24,69 +26,82 @@ std::vector<Index> others(const std::vector<Index>& free, Index dof) {
   return bound;
 }
 
-// The step of the bound coordinates at one pose, by the closures that do not show the reading.
-Vector step_at(const PoseDerivatives& all, Index pose, const RowMatrix& by_coordinates,
-               const std::vector<Index>& bound, Index closures) {
-  const Index dof = by_coordinates.rows();
-  const Index count = all.closure.cols();
-  const Eigen::Map<const RowMatrix> by_pose(all.by_pose.row(pose).data(), count, dof);
-  RowMatrix matrix(count - count / closures, static_cast<Index>(bound.size()));
-  Vector values(matrix.rows());
-  Index row = 0;
-  const RowMatrix by_bound = product(by_pose, by_coordinates(kAll, bound));
-  for (Index k = 0; k < count; ++k) {
-    if (k % closures != 0) {
-      matrix.row(row) = by_bound.row(k);
-      values[row++] = all.closure(pose, k);
+// The closures that bind the platform, without the readings, and their derivatives: of each pose a
+// row, in which a closure has one number, and as many as there are coordinates.
+struct Binding {
+  RowMatrix closure, by_pose;
+
+  Binding(const Mechanism& mechanism, const RowMatrix& poses) {
+    const Index closures = mechanism.closures(), dof = mechanism.dof();
+    const Index count = mechanism.dof() - mechanism.mobility();
+    closure.resize(poses.rows(), count);
+    by_pose.resize(poses.rows(), count * dof);
+    ClosureRows rows;
+    Index column = 0;
+    for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
+      const LegModel& model = mechanism.model(leg);
+      const Index first = model.info().read ? 1 : 0;
+      if (first == closures) {
+        continue;
+      }
+      model.linearise_pose(mechanism.leg(leg).parameters, poses,
+                           inverse_kinematics(mechanism, leg, poses), rows);
+      if (first == 1) {
+        rows.eliminate_reading(closures);
+      }
+      for (Index k = first; k < closures; ++k, ++column) {
+        const auto own = Eigen::seqN(k, poses.rows(), closures);
+        closure.col(column) = rows.closure(own);
+        by_pose.middleCols(column * dof, dof) = rows.by_pose(own, kAll);
+      }
     }
   }
-  return -solution(matrix, values);
-}
+};
 
 }  // namespace
 
 RowMatrix on_constraint(const Mechanism& mechanism, ConstRows poses) {
   check_poses(mechanism, poses);
   const Index dof = mechanism.dof();
-  const std::vector<Index> bound = others(free_coordinates(mechanism.model(0).info()), dof);
+  const std::vector<Index> bound = others(mechanism.free_coordinates(), dof);
   if (bound.empty()) {
     return poses;
   }
   const PoseSpace space = mechanism.pose_space();
-  const Index closures = mechanism.closures();
   const Vector origin = identity_pose(space);
   RowMatrix result = poses;
   RowMatrix coordinates(poses.rows(), dof);
   for (Index i = 0; i < poses.rows(); ++i) {
     pose_difference(space, poses.row(i).data(), origin.data(), coordinates.row(i).data());
   }
-  std::vector<bool> done(static_cast<std::size_t>(poses.rows()), false);
+  std::vector<Index> left(static_cast<std::size_t>(poses.rows()));
+  std::iota(left.begin(), left.end(), Index{0});
   RowMatrix by_coordinates = RowMatrix::Identity(dof, dof);
-  for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
-    PoseDerivatives all = linearise_pose(mechanism, result, inverse_kinematics(mechanism, result));
-    all.eliminate_reading(closures);
-    bool all_done = true;
-    for (Index i = 0; i < poses.rows(); ++i) {
-      if (done[static_cast<std::size_t>(i)]) {
-        continue;
-      }
+  for (int iteration = 0; iteration < kMaxIterations && !left.empty(); ++iteration) {
+    const Binding all(mechanism, result(left, kAll));
+    std::vector<Index> moving;
+    for (Index k = 0; k < all.closure.rows(); ++k) {
+      const Index i = left[static_cast<std::size_t>(k)];
       // The tangent is a rotation on the left, a coordinate a component of the rotation vector.
       by_coordinates.bottomRightCorner<3, 3>() =
           left_jacobian(coordinates.row(i).tail<3>().transpose());
-      const Vector step = step_at(all, i, by_coordinates, bound, closures);
+      const Eigen::Map<const RowMatrix> by_pose(all.by_pose.row(k).data(), all.closure.cols(), dof);
+      const Vector step = -solution(product(by_pose, by_coordinates(kAll, bound)),
+                                    Vector(all.closure.row(k).transpose()));
       coordinates.row(i)(bound) += step;
       result.row(i) = origin.transpose();
       move_pose(space, coordinates.row(i).data(), result.row(i).data());
-      const double size = step.cwiseAbs().maxCoeff();
-      done[static_cast<std::size_t>(i)] = !(size > kStill);  // also where it is not a number
-      all_done = all_done && !(size > kStill);
+      if (step.cwiseAbs().maxCoeff() > kStill) {  // and not where it is not a number
+        moving.push_back(i);
+      }
     }
-    if (all_done) {
-      break;
-    }
+    left = std::move(moving);
+  }
+  for (const Index i : left) {
+    result.row(i).setConstant(std::numeric_limits<double>::quiet_NaN());
   }
   for (Index i = 0; i < poses.rows(); ++i) {
-    if (!done[static_cast<std::size_t>(i)] || !result.row(i).allFinite()) {
+    if (!result.row(i).allFinite()) {
       result.row(i).setConstant(std::numeric_limits<double>::quiet_NaN());
     }
   }

@@ -163,11 +163,17 @@ PoseDerivatives linearise_all(const Mechanism& mechanism, ConstRows poses, Const
 }
 
 // Implicit function theorem: dg/dpose = -(dh/dpose) / (dh/dpsi), of each leg's first closure; the
-// others without the reading.
-RowMatrix by_readings(PoseDerivatives all, Index closures) {
+// others, and those of legs without one, without the reading.
+RowMatrix by_readings(const Mechanism& mechanism, PoseDerivatives all) {
+  const Index closures = mechanism.closures();
   all.eliminate_reading(closures);
-  const Index dof = all.by_pose.cols() / std::max<Index>(all.by_reading.cols(), 1);
+  const Index count = std::max<Index>(all.by_reading.cols(), 1);
+  const Index dof = all.by_pose.cols() / count;
+  const bool all_read = mechanism.reading_count() == mechanism.leg_count();
   for (Index i = 0; i < all.by_reading.size(); i += closures) {
+    if (!all_read && !mechanism.shows_reading(i % count)) {
+      continue;
+    }
     double* row = all.by_pose.data() + i * dof;
     const double factor = -1 / all.by_reading.data()[i];
     for (Index k = 0; k < dof; ++k) {
@@ -284,7 +290,9 @@ RowMatrix parameter_jacobian(const Mechanism& mechanism, Index leg, ConstRows po
     rows.by_reading = Vector(rows.by_reading(first));
   }
   // dg/dparam = -(dh/dparam) / (dh/dpsi).
-  scale_rows(rows.by_parameters, -rows.by_reading.cwiseInverse());
+  if (mechanism.model(leg).info().read) {
+    scale_rows(rows.by_parameters, -rows.by_reading.cwiseInverse());
+  }
   return std::move(rows.by_parameters);
 }
 
@@ -303,7 +311,7 @@ RowMatrix pose_jacobian(const Mechanism& mechanism, ConstRows poses) {
 }
 
 RowMatrix closed_pose_jacobian(const Mechanism& mechanism, ConstRows poses, ConstRows readings) {
-  return by_readings(linearise_all(mechanism, poses, readings), mechanism.closures());
+  return by_readings(mechanism, linearise_all(mechanism, poses, readings));
 }
 
 Vector row_scales(const Mechanism& mechanism, double characteristic_length) {
@@ -311,7 +319,7 @@ Vector row_scales(const Mechanism& mechanism, double characteristic_length) {
   const auto turns = [&](Index leg) { return is_angle(mechanism.model(leg).info().active_joint); };
   bool alike = true;
   for (Index leg = 1; leg < mechanism.leg_count(); ++leg) {
-    alike = alike && turns(leg) == turns(0);
+    alike = alike && (turns(leg) == turns(0) || !mechanism.shows_reading(leg * closures));
   }
   Vector scales = Vector::Ones(mechanism.leg_count() * closures);
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
@@ -331,13 +339,17 @@ SingularityMeasures singularity_measures(const Mechanism& mechanism, ConstRows p
   PoseDerivatives all = linearise_all(mechanism, poses, inverse_kinematics(mechanism, poses));
   SingularityMeasures measures;
   measures.serial = all.by_reading(kAll, Eigen::seqN(Index{0}, mechanism.leg_count(), closures));
-  const RowMatrix jacobian = by_readings(std::move(all), closures);
+  const RowMatrix jacobian = by_readings(mechanism, std::move(all));
   measures.parallel.resize(poses.rows());
   const Vector scales = row_scales(mechanism, characteristic_length);
   measures.condition =
       pose_conditions(jacobian, scales, mechanism.pose_space(), characteristic_length);
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
-    measures.serial.col(leg) /= sensor_gain(mechanism, leg);
+    if (mechanism.shows_reading(leg * closures)) {
+      measures.serial.col(leg) /= sensor_gain(mechanism, leg);
+    } else {
+      measures.serial.col(leg).setOnes();  // never singular
+    }
   }
   for (Index i = 0; i < poses.rows(); ++i) {
     measures.parallel[i] = pose_determinant(jacobian.row(i).data(), scales.size(), mechanism.dof());

@@ -26,6 +26,9 @@ struct ChainInfo {
   std::string_view runs_as{};     // the known chain that a declared one is, if it is one
   MirrorImage mirror_image = MirrorImage::none;
   bool hangs = false;  // declared as a length that is read: see Mechanism::hangs()
+  // Whether a sensor reads the leg, which is what its first closure shows. Of one without any
+  // readings are zero, and are in no closure: all of them bind the platform.
+  bool read = true;
 
   // Radians; an offset has the unit of the active joint.
   bool is_angular(const ParameterInfo& parameter) const {

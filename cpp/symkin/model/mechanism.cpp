@@ -74,7 +74,7 @@ std::vector<Index> free_coordinates(const ChainInfo& chain) {
   if (!chain.free.empty()) {
     return chain.free;
   }
-  if (chain.pose_space == PoseSpace::spatial && chain.closures > 1) {
+  if (chain.pose_space == PoseSpace::spatial && binding_closures(chain) > 0) {
     return {2, 3, 4};
   }
   std::vector<Index> all(static_cast<std::size_t>(degrees_of_freedom(chain.pose_space)));
@@ -100,10 +100,13 @@ Mechanism::Mechanism(std::string name, const ChainModel* chain, LegModels models
   for (const Leg& leg : *legs_) {
     leg_values_.push_back({leg.parameters.data(), leg.working_mode});
   }
-  if (leg_count() * closures() < dof() && !hangs()) {
+  if (leg_count() * closures() < dof() && !hangs() && reading_count() == leg_count()) {
     throw InvalidInput("mechanism \"" + name_ + "\" has " + std::to_string(leg_count()) +
                        " legs; a " + std::string(to_string(pose_space())) + " platform has " +
                        std::to_string(dof()) + " degrees of freedom and needs as many");
+  }
+  if (mixed() && mobility() < dof()) {
+    check_bound();
   }
   if (pose_space() == PoseSpace::spatial && closures() > 1 && redundant()) {
     if (info().find({End::none, ParameterKind::handedness}) < info().parameters.size()) {
@@ -126,6 +129,48 @@ Mechanism::Mechanism(std::string name, const ChainModel* chain, LegModels models
   } else {
     estimated_ = symkin::estimated_parameters(info(), parameters());
   }
+}
+
+// Legs of which some are without a reading.
+void Mechanism::check_bound() const {
+  const auto number = [](Index count) { return std::to_string(count); };
+  const std::string what = "mechanism \"" + name_ + "\" has " + number(reading_count()) +
+                           " readings and " + number(dof() - mobility()) +
+                           " equations that bind its platform";
+  if (reading_count() != mobility()) {
+    throw InvalidInput(what + "; expected " + number(dof()) +
+                       " together, the platform's coordinates");
+  }
+  if (const auto free = static_cast<Index>(free_coordinates().size()); free != mobility()) {
+    throw InvalidInput(what + ", which leave it " + number(mobility()) +
+                       " coordinates that can be chosen; expected as many in free, and not " +
+                       number(free));
+  }
+}
+
+Index Mechanism::mobility() const {
+  Index left = dof();
+  for (Index i = 0; i < leg_count(); ++i) {
+    left -= binding_closures(model(i).info());
+  }
+  return left;
+}
+
+Index Mechanism::reading_count() const {
+  Index count = 0;
+  for (Index i = 0; i < leg_count(); ++i) {
+    count += model(i).info().read ? 1 : 0;
+  }
+  return count;
+}
+
+std::vector<Index> Mechanism::free_coordinates() const {
+  for (Index i = 0; i < leg_count(); ++i) {
+    if (binding_closures(model(i).info()) > 0) {
+      return symkin::free_coordinates(model(i).info());
+    }
+  }
+  return symkin::free_coordinates(info());
 }
 
 bool Mechanism::hangs() const {

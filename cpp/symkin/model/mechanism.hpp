@@ -20,9 +20,14 @@ struct Leg {
   double home_reading = 0;
 };
 
+// How many of a leg's closures bind the platform: all but the one that shows the reading.
+inline Index binding_closures(const ChainInfo& chain) {
+  return chain.closures - (chain.read ? 1 : 0);
+}
+
 // The coordinates of a pose's tangent that can be chosen where legs of the chain carry the
-// platform. All of them, or for legs with more closures than one, which leave it three: in space
-// the height and the two tilts.
+// platform. All of them, or for legs that bind it, which leave it three: in space the height and
+// the two tilts.
 std::vector<Index> free_coordinates(const ChainInfo& chain);
 
 // A parallel mechanism: legs on a base, carrying one platform. They are of one chain, or each of
@@ -54,10 +59,18 @@ class Mechanism {
   PoseSpace pose_space() const { return info().pose_space; }
   Index dof() const { return degrees_of_freedom(pose_space()); }
   // Degrees of freedom that the legs leave the platform: fewer than dof() where a leg has more
-  // closures than one.
-  Index mobility() const { return dof() - leg_count() * (closures() - 1); }
+  // closures than the one that shows its reading.
+  Index mobility() const;
   // Whether the readings are more than the degrees of freedom, so that they contradict each other.
-  bool redundant() const { return leg_count() > mobility(); }
+  bool redundant() const { return reading_count() > mobility(); }
+  // Legs that a sensor reads.
+  Index reading_count() const;
+  // Whether a closure, of all legs' in order, is the one of its leg that shows the reading.
+  bool shows_reading(Index closure) const {
+    return closure % closures() == 0 && model(closure / closures()).info().read;
+  }
+  // See free_coordinates().
+  std::vector<Index> free_coordinates() const;
   // Whether the legs may be fewer than the degrees of freedom, gravity deciding the rest: all of
   // them are declared as lengths that are read, as cables are.
   bool hangs() const;
@@ -82,6 +95,8 @@ class Mechanism {
 
  private:
   Mechanism(std::string name, const ChainModel* chain, LegModels models, std::vector<Leg> legs);
+
+  void check_bound() const;  // throws InvalidInput
 
   // What is the same for all legs.
   const ChainInfo& info() const { return (mixed() ? *models_.front() : *chain_).info(); }

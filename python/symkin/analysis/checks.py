@@ -15,7 +15,7 @@ from symkin.analysis.measurable import MeasurableSymmetry, measurable_symmetry
 from symkin.analysis.observability import (
     Observability,
     analyse_observability,
-    observability_rows,
+    rows_of_leg,
 )
 from symkin.analysis.readings_alone import ReadingsAlone, readings_alone
 from symkin.analysis.workspace import WorkspaceSample, sample_workspace
@@ -36,7 +36,7 @@ from symkin.model.symmetry import (
     symmetry_pairs,
 )
 from symkin.model.symmetry.groups import core_pair_of, mechanism_groups
-from symkin.model.tolerances import UNKNOWN, parameter_tolerances
+from symkin.model.tolerances import UNKNOWN
 from symkin.options import checks
 from symkin.results import Result
 from symkin.values import Value, field, plain, record
@@ -427,13 +427,12 @@ def _over_tolerances(
     mechanism: Mechanism, leg: int, poses: NDArray[np.float64]
 ) -> Iterator[tuple[str, float]]:
     """Standard deviations to expect of a leg's parameters, in tolerances, from such poses."""
-    tolerances = parameter_tolerances(mechanism)[leg][mechanism.estimated[leg]]
-    rows = observability_rows(mechanism, leg, poses, "noise_aware") * tolerances
-    rows = rows[np.isfinite(rows).all(axis=1)]
+    rows, names, tolerances = rows_of_leg(mechanism, leg, poses, "noise_aware")
+    rows = rows[np.isfinite(rows).all(axis=1)] * tolerances
     _, values, directions = np.linalg.svd(rows, full_matrices=False)
     share = mechanism.protocol.pose_count / len(poses)
     deviations = np.linalg.norm(directions / values[:, None], axis=0) / math.sqrt(share)
-    yield from zip(mechanism.estimated_names(leg), deviations.tolist(), strict=True)
+    yield from zip(names, deviations.tolist(), strict=True)
 
 
 def _home(mechanism: Mechanism) -> HomePose:

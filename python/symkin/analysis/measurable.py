@@ -156,7 +156,7 @@ def measurable_symmetry(
     """
     pairs = pairs or symmetry_pairs(mechanism)
     elements = pairs.keep_modes_and_home
-    if len(elements) < 2 or mechanism.closures > 1:
+    if len(elements) < 2 or mechanism.bound:
         return None
     rows = pose_rows(poses)
     rows = rows[:: -(-len(rows) // _MOST) or 1]

@@ -169,7 +169,7 @@ def analyse_observability(
     if not 0 <= leg < len(mechanism.legs):
         raise SymkinError(f"leg {leg} does not exist; expected 0 to {len(mechanism.legs) - 1}")
     seen, own, carried = carried_back(mechanism, leg, poses)
-    rows, names, scale = _rows_of_leg(seen, own, carried, kind)
+    rows, names, scale = rows_of_leg(seen, own, carried, kind)
     result = _core.analyse_observability(rows, scale)
     return Observability(
         leg=leg,
@@ -214,7 +214,7 @@ def carried_back(
     return moved, reference, back.transform_poses(mechanism.core, pose_rows(poses))
 
 
-def _rows_of_leg(
+def rows_of_leg(
     mechanism: Mechanism, leg: int, poses: ArrayLike | WorkspaceSample, kind: RowKind
 ) -> tuple[NDArray[np.float64], tuple[str, ...], NDArray[np.float64]]:
     """Rows of all readings of a leg, with names and tolerances of what they have to show."""

@@ -285,7 +285,7 @@ def kinematics(
             target = outputs.folder(out, file) if out else None
             if forward:
                 read = read_table(table, robot.step)
-                named = own_columns(read, robot.pose_space, len(robot.legs))
+                named = own_columns(read, robot.pose_space, robot.reading_count)
                 readings = read_all_readings(read, named, robot, "a pose takes those of all")
                 stage("calculating")
                 poses, _ = robot.forward_kinematics(readings)
@@ -294,8 +294,8 @@ def kinematics(
                 stage("calculating")
                 readings = robot.inverse_kinematics(poses)
             names = pose_column_names(robot.pose_space)
-            names += reading_column_names(len(robot.legs), robot.reading_unit)
-            shown = shown_readings(robot, readings)
+            names += reading_column_names(robot.reading_count, robot.reading_unit)
+            shown = shown_readings(robot, readings)[:, robot.is_read]
             columns = dict(zip(names, [*as_drawn(robot, poses).T, *shown.T], strict=True))
             if target:
                 write_table(target / file, columns)

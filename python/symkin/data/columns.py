@@ -96,7 +96,10 @@ def pose_column_names(pose_space: str) -> list[str]:
 
 
 def reading_column_names(leg_count: int, reading_unit: str) -> list[str]:
-    """Return the columns that symkin writes for readings: ``psi_1_rad``, ``psi_2_rad``, ..."""
+    """Return the columns that symkin writes for readings: ``psi_1_rad``, ``psi_2_rad``, ...
+
+    Of legs that no sensor reads, which are the last, there are none.
+    """
     unit = f"_{reading_unit}" if reading_unit else ""
     return [f"psi_{leg + 1}{unit}" for leg in range(leg_count)]
 

@@ -45,7 +45,7 @@ def read_pose_list(source: TableSource, mechanism: MechanismGiven) -> NDArray[np
     """
     mechanism = as_mechanism(mechanism)
     table = read_table(source)
-    columns = own_columns(table, mechanism.pose_space, len(mechanism.legs))
+    columns = own_columns(table, mechanism.pose_space, mechanism.reading_count)
     return from_drawing(mechanism, read_pose_values(table, columns).poses())
 
 

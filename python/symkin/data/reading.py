@@ -237,10 +237,10 @@ def measurements_of_table(
     own = columns is None
     columns = columns or _columns_for(table, mechanism)
     own = own and columns is not mechanism.measurement_columns
-    check_columns(columns, mechanism.pose_space, len(mechanism.legs), mechanism.reading_unit)
-    space, legs = mechanism.pose_space, len(mechanism.legs)
+    space, legs, read = mechanism.pose_space, len(mechanism.legs), mechanism.reading_count
+    check_columns(columns, space, read, mechanism.reading_unit)
     values = read_pose_values(table, columns, space)
-    others: dict[str, Any] = {**read_observed(table, columns, space, legs, mechanism.reading_unit)}
+    others: dict[str, Any] = {**read_observed(table, columns, space, read, mechanism.reading_unit)}
     if others.get("commanded") is not None:
         others["commanded"] = from_drawing(mechanism, others["commanded"])
     others |= read_circumstances(table, Sizes(mechanism.space, legs, mechanism.reading_unit))
@@ -253,7 +253,9 @@ def measurements_of_table(
             raise table.row_error(lost, LOST_ORIENTATION)
     readings, slopes = read_straight_readings(table, columns, mechanism)
     if others.get("reading_deviations") is not None:
-        others["reading_deviations"] = others["reading_deviations"] * np.abs(slopes)
+        of_all = np.zeros_like(slopes)
+        of_all[:, :read] = others["reading_deviations"]
+        others["reading_deviations"] = of_all * np.abs(slopes)
     leg_sets = _leg_sets(table, columns, legs)
     unread = unread_columns(table, ignore)
     if own:
@@ -270,7 +272,7 @@ def measurements_of_table(
         unread=unread,
         **others,
     )
-    _check_unread_rows(table, measurements)
+    _check_unread_rows(table, measurements.readings[:, mechanism.is_read])
     if is_first:
         _check_observed(table, measurements, mechanism)
     _check_repeated_rows(table, measurements, robots)
@@ -300,7 +302,7 @@ def _columns_for(table: Table, mechanism: Mechanism) -> MeasurementColumns:
     mapped = mechanism.measurement_columns
     if mapped is not None and has_columns(table, mapped):
         return mapped
-    space, legs = mechanism.pose_space, len(mechanism.legs)
+    space, legs = mechanism.pose_space, mechanism.reading_count
     columns = own_columns(table, space, legs, partial=True)
     own_names = has_pose(columns) or has_observed_columns(table, space)
     if mapped is not None and not own_names:
@@ -328,8 +330,8 @@ def _leg_sets(table: Table, columns: MeasurementColumns, leg_count: int) -> NDAr
     return table.legs(columns.leg, 0, leg_count) - 1
 
 
-def _check_unread_rows(table: Table, measurements: Measurements) -> None:
-    unread = np.isnan(measurements.readings).all(axis=1)
+def _check_unread_rows(table: Table, readings: NDArray[np.float64]) -> None:
+    unread = np.isnan(readings).all(axis=1)
     if unread.any():
         raise table.row_error(
             int(np.argmax(unread)),

@@ -76,7 +76,9 @@ def read_straight_readings(
     MeasurementError
         As `read_readings`; and for a reading beyond the sensors' table.
     """
-    readings = read_readings(table, columns, mechanism.reading_unit)
+    own = read_readings(table, columns, mechanism.reading_unit)
+    readings = np.zeros((len(own), len(mechanism.legs)))
+    readings[:, : mechanism.reading_count] = own
     curves = mechanism.sensor_table
     if curves is None:
         return _unwrapped(mechanism, readings), np.ones_like(readings)

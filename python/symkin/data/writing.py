@@ -75,7 +75,9 @@ def measurement_columns(
                 Sizes(measurements.space, measurements.readings.shape[1], reading_unit)
             )
             columns |= dict(zip(names, values.reshape(len(values), -1).T, strict=True))
-    return columns
+    first = measurements.readings.shape[1] if isinstance(of, str) else of.reading_count
+    without = tuple(f"psi_{leg + 1}_" for leg in range(first, measurements.readings.shape[1]))
+    return {name: values for name, values in columns.items() if not name.startswith(without)}
 
 
 def _require_measured(mechanism: Mechanism, measurements: MeasuredRows) -> None:

@@ -32,7 +32,6 @@ from symkin.estimate.fleet_parts import (
 )
 from symkin.estimate.fleet_sources import RowsApartError, robots_given, robots_of_table
 from symkin.estimate.fleet_together import FoundTogether, surroundings_of
-from symkin.estimate.identification import SEVERAL_READINGS
 from symkin.estimate.options import EstimateOptions
 from symkin.estimate.unknowns import Priors, noise_of_file, with_file_settings
 from symkin.estimate.workshop import MadeWithin, tolerances_of
@@ -439,9 +438,8 @@ def identify_robots(
     if noise is None:
         noise = noise_of_file(mechanism.identification)
     further = unusual(asked | {"noise": noise if isinstance(noise, str) else None})
-    reason = "" if mechanism.curvature is None else "the sensors are curved"
-    if mechanism.ties:
-        reason = SEVERAL_READINGS
+    curved = "" if mechanism.curvature is None else "the sensors are curved"
+    reason = mechanism.not_leg_by_leg or curved
     if further:
         reason = f"{' and '.join(further)} {'was' if len(further) == 1 else 'were'} given"
     if reason and estimator not in (None, "joint"):

@@ -63,7 +63,8 @@ class Job:
     def is_together(self) -> bool:
         """Whether robots are identified as `identify` does, one by one."""
         noise = self.options.declared(self.nominal.noise)
-        return bool(self.asked or noise.varies) or self.nominal.curvature is not None
+        shared = self.nominal.not_leg_by_leg
+        return bool(self.asked or noise.varies or shared) or self.nominal.curvature is not None
 
     def columns(self, robots: int) -> dict[str, Array]:
         """Columns of robots of which nothing is known yet."""

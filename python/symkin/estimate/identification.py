@@ -45,7 +45,6 @@ from symkin.options import checks
 
 __all__ = ["cross_validate", "identify", "identify_legs"]
 
-SEVERAL_READINGS = "several joints of a leg are read"
 
 Nominal = TypeVar("Nominal", bound=Mechanism, default=Mechanism)
 
@@ -286,8 +285,8 @@ def _needs_joint(
     noise: NoiseSettings | str | None,
 ) -> str:
     """Why the legs cannot be identified one by one; empty if they can."""
-    if mechanism.ties:
-        return SEVERAL_READINGS
+    if mechanism.not_leg_by_leg:
+        return mechanism.not_leg_by_leg
     further = unusual(wanted)
     if further:
         return f"{' and '.join(further)} {'was' if len(further) == 1 else 'were'} given"

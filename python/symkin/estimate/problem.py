@@ -159,7 +159,7 @@ class Problem:
     ) -> Problem:
         """Lay out what is unknown, by default by `layout_of`, and find where the frames are."""
         if options.poses == "own":
-            measurements = own_readings(measurements)
+            measurements = own_readings(mechanism, measurements)
         measurements.require_legs(len(mechanism.legs))
         readings = measurements.readings
         mechanism = _with_surroundings(mechanism, measurements)
@@ -625,11 +625,11 @@ def says_nothing(seen: Iterable[str]) -> NotIdentifiableError:
     )
 
 
-def own_readings(measurements: Measurements) -> Measurements:
-    """Readings of the legs whose set the pose belongs to alone."""
+def own_readings(mechanism: Mechanism, measurements: Measurements) -> Measurements:
+    """Readings of the legs whose set the pose belongs to alone; legs without one hold always."""
     legs = np.arange(measurements.readings.shape[1])
     sets = measurements.leg_sets[:, None]
-    own = (sets == ALL_LEGS) | (sets == legs)
+    own = (sets == ALL_LEGS) | (sets == legs) | ~mechanism.is_read
     return dataclasses.replace(measurements, readings=np.where(own, measurements.readings, np.nan))
 
 

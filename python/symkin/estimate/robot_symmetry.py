@@ -191,7 +191,7 @@ def _require(found: Found[Mechanism], symmetries: int) -> None:
     deviations = np.isfinite(found.deviations) & (found.deviations > 0)
     if symmetries < 2:
         raise SymkinError(f'"{nominal.name}" has no symmetry that keeps its modes and home')
-    if nominal.closures > 1:
+    if nominal.bound:
         raise SymkinError(f'the legs of "{nominal.name}" bind its platform: not tested')
     if found.options.prior is not None or found.rank > found.data_rank:
         raise SymkinError(

@@ -209,7 +209,7 @@ def declared_structure(
     Raises
     ------
     SymkinError
-        Where home is out of reach, a leg has several readings, or is of a known chain.
+        Where home is out of reach, a leg has several readings or none, or is of a known chain.
     """
     legs = range(len(mechanism.legs))
     chains = [declared_chain(mechanism.chains[leg]) for leg in legs]
@@ -221,7 +221,8 @@ def declared_structure(
             )
         if chain.reading:
             raise MechanismError(
-                "a model of bodies and joints is not written for legs with several readings"
+                "a model of bodies and joints is not written for legs with several readings, nor "
+                "beside others with closures that have none"
             )
     if np.isnan(mechanism.inverse_kinematics(rows[:1])).any():
         raise SymkinError(f'home of "{mechanism.name}" is out of reach; a model is built there')

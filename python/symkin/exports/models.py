@@ -560,7 +560,7 @@ def _of_declared(mechanism: Mechanism, structure: Structure) -> dict[str, Any]:
     """What besides a reader needs of declared legs."""
     names, free = list(mechanism.space.units), mechanism.leg_info(0).free
     return {
-        "free": [names[each] for each in free] if mechanism.closures > 1 else [],
+        "free": [names[each] for each in free] if mechanism.bound else [],
         "joints": {name: np.ravel(value).tolist() for name, value in structure.home.items()},
         "followers": {
             each.joint: [each.followed, each.ratio, each.offset] for each in structure.couplings

@@ -69,6 +69,7 @@ def with_declared_chains(source: TomlSource) -> TomlSource:
     free = workspace.get("free") if isinstance(workspace, dict) else None
     if isinstance(workspace, dict):
         values["workspace"] = {name: each for name, each in workspace.items() if name != "free"}
+    alone = len(_labels_of_legs(values)) < 2
     names: dict[str, tuple[str, ...]] = {}
     written: dict[KeyPath, KeyPath] = {}
     space = None
@@ -78,7 +79,7 @@ def with_declared_chains(source: TomlSource) -> TomlSource:
             given = tables[label]
             if isinstance(given, dict) and free is not None:
                 given = {"free": free, **given}
-            readings = declared_leg(label, given, values)
+            readings = declared_leg(label, given, values, alone=alone)
             names[label] = tuple(map(declare, readings))
             names |= {each.label: (each.name,) for each in readings if each.reading}
             space = POSE_SPACES[readings[0].pose_space]
@@ -122,13 +123,21 @@ def with_declared_chains(source: TomlSource) -> TomlSource:
     return dataclasses.replace(source, values=values, written=written)
 
 
+def _labels_of_legs(values: _Values) -> set[str]:
+    """What legs of a file are called."""
+    given = [values[section] for section in _SECTIONS_OF_LEGS if section in values]
+    legs = [leg for each in given for leg in (each if isinstance(each, list) else [each])]
+    default = str(values.get("chain"))
+    return {str(leg.get("chain", default)) for leg in legs if isinstance(leg, dict)}
+
+
 def _with_readings(
     legs: list[Any], names: Mapping[str, tuple[str, ...]], default: tuple[str, ...]
 ) -> tuple[list[Any], list[tuple[int, str]]]:
-    """Legs' tables with all drawn values; a leg with several readings once for each of them.
+    """Legs' tables with all drawn values; a leg with several chains once for each of them.
 
-    The first readings of all legs stand before the second. And of each which leg it is, from 0, and
-    which joint it reads.
+    The first readings of all legs stand before the second, closures without a reading behind them
+    all, leg by leg. And of each which leg it is, from 0, and which joint it reads.
     """
     chains = [
         names.get(str(leg.get("chain")), () if "chain" in leg else default)
@@ -136,16 +145,25 @@ def _with_readings(
         else ()
         for leg in legs
     ]
-    most = max((len(each) for each in chains), default=0)
+    own = [[_is_read(chain) for chain in of_leg] or [True] for of_leg in chains]
+    rows = [
+        (not is_read, leg if not is_read else number, leg, number)
+        for leg, of_leg in enumerate(own)
+        for number, is_read in enumerate(of_leg)
+    ]
     read, places = [], []
-    for number in range(max(most, 1)):
-        for place, (leg, of_leg) in enumerate(zip(legs, chains, strict=True)):
-            if number < max(len(of_leg), 1):
-                own = "chain" in leg or len(of_leg) > 1
-                read.append(_filled(leg, of_leg, number, own=own) if of_leg else leg)
-                declared = declared_chain(of_leg[number]) if of_leg else None
-                places.append((place, declared.reading if declared else ""))
+    for *_, place, number in sorted(rows):
+        leg, of_leg = legs[place], chains[place]
+        stands_out = "chain" in leg or len(of_leg) > 1
+        read.append(_filled(leg, of_leg, number, own=stands_out) if of_leg else leg)
+        declared = declared_chain(of_leg[number]) if of_leg else None
+        places.append((place, declared.reading if declared else ""))
     return read, places
+
+
+def _is_read(chain: str) -> bool:
+    declared = declared_chain(chain)
+    return declared is None or declared.read
 
 
 def _written(read: KeyPath, own: KeyPath, leg: Any, joint: str) -> dict[KeyPath, KeyPath]:
@@ -177,6 +195,8 @@ def _filled(leg: _Values, chains: Sequence[str], reading: int, *, own: bool) -> 
     joints = [each.reading for each in declared]
     given: _Values = {"sensor_gain": 1.0, "sensor_offset": 0.0, **declared[reading].nominal}
     for name, value in leg.items():
+        if name.startswith("sensor_") and not declared[reading].read:
+            continue
         if not isinstance(value, dict) or "value" in value:
             given[name] = value
         elif name.startswith("sensor_") and {*value} <= {*joints}:
@@ -188,8 +208,13 @@ def _filled(leg: _Values, chains: Sequence[str], reading: int, *, own: bool) -> 
     return given
 
 
-def declared_leg(label: str, table: Any, file: _Values) -> list[DeclaredChain]:
-    """The chains of a table, one for each joint that is read."""
+def declared_leg(
+    label: str, table: Any, file: _Values, *, alone: bool = True
+) -> list[DeclaredChain]:
+    """The chains of a table: one for each joint that is read, and closure without a reading.
+
+    Where all legs are of it `alone`, and one joint is read, that chain has all closures.
+    """
     if not isinstance(table, dict):
         raise WrongValueError("is not a table; expected path, rods, home")
     for key in table:
@@ -221,7 +246,7 @@ def declared_leg(label: str, table: Any, file: _Values) -> list[DeclaredChain]:
     read_at("loops", list_of(of_loop), table.get("loops", []))
     home_pose = _home_pose(table, file, pose_space)
     _aim(builder, pose_space, home_pose)
-    return _chain(label, table, builder, pose_space, home_pose)
+    return _chain(label, table, builder, pose_space, home_pose, alone=alone)
 
 
 def _pose_space(platform: str, planar: bool) -> str:
@@ -284,14 +309,18 @@ def _aim(builder: LegBuilder, pose_space: str, home_pose: list[float]) -> None:
 
 
 def _chain(
-    label: str, table: _Values, builder: LegBuilder, pose_space: str, home_pose: list[float]
+    label: str,
+    table: _Values,
+    builder: LegBuilder,
+    pose_space: str,
+    home_pose: list[float],
+    *,
+    alone: bool,
 ) -> list[DeclaredChain]:
     scalars, nominal, exact = builder.scalars()
     own = builder.own_joints
     start, known = _home_joints(table.get("home", {}), builder)
     read = [each for each in own if builder.joints[each][2]]
-    if not read:
-        raise WrongValueError("has no joint in brackets; expected one that is read", ("path",))
     units = list(POSE_SPACES[pose_space].units)
     free = table.get("free", [])
     for each in free:
@@ -317,7 +346,21 @@ def _chain(
     home = dict(zip(builder.own_names, home_joints, strict=True))
     written = {**builder.written(table), "home": home, "pose": _bounds(pose_space, home_pose)}
     chain = dataclasses.replace(chain, home_joints=home_joints, table=written)
-    chains = [_reading(chain, each, builder.names[each]) for each in read[1:] and read] or [chain]
+    binding = 0 if alone and len(read) == 1 else _core.binding_closures(chain.core())
+    if not read and not binding:
+        raise WrongValueError(
+            "has no joint in brackets; expected one that is read, since the leg binds nothing",
+            ("path",),
+        )
+    chains = [chain]
+    if binding or len(read) > 1:
+        chains = [_reading(chain, each, builder.names[each]) for each in read]
+    if binding:
+        chains = [dataclasses.replace(each, closure=0) for each in chains]
+        chains += [
+            dataclasses.replace(chain.unread(), reading=f"closure_{each + 1}", closure=each)
+            for each in range(binding)
+        ]
     redundant = _core.redundant_scalars([each.core() for each in chains])
     held = [
         [*each[:5], each[5] or shown, each[6]]

@@ -130,6 +130,7 @@ def read_mechanism(
     entries, points = _points(source, section, entries, infos, file.get("frames", {}))
     legs, symmetry, deviations, curvature = _legs(source, file, section, entries, infos)
     info = infos[0]  # they agree in what follows
+    read = sum(chain_info(leg.chain, platform).read for leg in legs)
     workspace, frames, points = _placed(file, info, points)
     measured = _measured(source, file, info, frames)
     mechanism = source.call(
@@ -145,9 +146,9 @@ def read_mechanism(
             workspace=workspace,
             tolerances=Tolerances(**file.get("tolerances", {})),
             protocol=ProtocolSettings(**file.get("protocol", {})),
-            joint_limits=_joint_limits(source, file, len(legs)),
+            joint_limits=_joint_limits(source, file, read),
             deviations=deviations,
-            measurement_columns=_columns(source, file, info.pose_space, len(legs), reading.unit),
+            measurement_columns=_columns(source, file, info.pose_space, read, reading.unit),
             source=source.path,
             frames=frames,
             curvature=curvature,

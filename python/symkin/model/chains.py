@@ -128,6 +128,8 @@ class ChainInfo:
         the legs bind z and the two tilts, and all of any other.
     runs_as : str
         The known chain that a declared leg is, as which it is computed; empty if it is none.
+    read : bool
+        Whether a sensor reads it. Readings of legs without one are zero and in no table.
     """
 
     name: str
@@ -140,6 +142,7 @@ class ChainInfo:
     closures: int
     free: tuple[int, ...]
     runs_as: str = ""
+    read: bool = True
 
     @property
     def platform(self) -> str:
@@ -223,6 +226,7 @@ def chain_info(chain: str, platform: Platform = "rigid") -> ChainInfo:
         closures=info.closures,
         free=tuple(info.free_coordinates),
         runs_as=info.runs_as,
+        read=info.read,
     )
 
 
@@ -284,10 +288,17 @@ class Leg:
 
 def chains_in_words(legs: Sequence[Leg]) -> str:
     """Return the chain of all legs, or how many there are of each: ``"2 [R]RR + 1 [P]RP"``."""
-    counts = Counter(label_of(leg.chain) for leg in legs)
+    counts = Counter(_label_in_words(leg.chain) for leg in legs)
     if len(counts) == 1:
         return next(iter(counts))
     return " + ".join(f"{count} {chain}" for chain, count in counts.items())
+
+
+def _label_in_words(chain: str) -> str:
+    declared = declared_chain(chain)
+    if declared is None or declared.read:
+        return label_of(chain)
+    return f"{declared.table_name} without a reading"
 
 
 def legs_in_words(legs: Sequence[Leg]) -> str:
@@ -297,9 +308,11 @@ def legs_in_words(legs: Sequence[Leg]) -> str:
 
 
 def legs_counted(legs: Sequence[Leg]) -> str:
-    """Return their number, ``"3 legs"``, and how often these are read if that is more often."""
+    """Return their number, ``"3 legs"``, and how often these are read if that is not once each."""
     count = len(readings_of_legs([leg.chain for leg in legs]))
-    read = f" with {len(legs)} readings" if count < len(legs) else ""
+    declared = [declared_chain(leg.chain) for leg in legs]
+    readings = sum(each is None or each.read for each in declared)
+    read = f" with {readings} readings" if count < len(legs) else ""
     return f"{count} leg{'' if count == 1 else 's'}{read}"
 
 
@@ -340,9 +353,9 @@ def common_reading_unit(infos: Sequence[ChainInfo], noun: str = "leg") -> str:
     MechanismError
         If some are angles and some lengths, so that somebody must say what the sensors read.
     """
-    first = infos[0]
+    first = next((each for each in infos if each.read), infos[0])
     for number, info in enumerate(infos, 1):
-        if info.reading_unit != first.reading_unit:
+        if info.read and info.reading_unit != first.reading_unit:
             raise MechanismError(
                 f"the joint that is read is in {first.reading_unit} in {noun} 1 ({first.name}) and "
                 f"in {info.reading_unit} in {noun} {number} ({info.name}); expected reading_unit, "

@@ -7,6 +7,7 @@ is the same chain wherever it is read, and a leg that travels to another process
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
 import json
 from collections import Counter
@@ -26,15 +27,17 @@ class DeclaredChain:
     """A declared chain: a leg of which one joint is read.
 
     Of a leg with several joints that are read there is a chain for each: the same joints, the
-    others of which turn freely. Together they have the closures that the leg has, each with a
-    reading of its own.
+    others of which turn freely. Where legs bind the platform, and are not all alike with one
+    reading each, there is one for each closure that has no reading, too: then all joints turn
+    freely. Together they have the closures that the leg has.
 
     Attributes
     ----------
     table_name : str
         As the file calls its table.
     reading : str
-        The joint that is read, where it is not the only one.
+        The joint that is read, where it is not the only chain of the leg; of a closure without a
+        reading ``closure_1`` and so on.
     pose_space : str
         Kind of the poses.
     joints, transforms, loops, scalars : list
@@ -53,6 +56,8 @@ class DeclaredChain:
         The declaration as the file has it, with what was found filled in.
     recognise : bool
         Whether it is computed as a known chain where it is one.
+    closure : int
+        Which closure of the leg it is; -1 for all that it has.
     """
 
     table_name: str
@@ -69,6 +74,7 @@ class DeclaredChain:
     exact: list[str]
     table: dict[str, Any]
     recognise: bool = True
+    closure: int = -1
 
     @property
     def label(self) -> str:
@@ -78,16 +84,27 @@ class DeclaredChain:
     @property
     def name(self) -> str:
         """The name of the chain."""
-        return f"{self.label}{_MARK}{self._digest(self.joints)}"
+        return f"{self.label}{_MARK}{self._digest()}"
 
     @property
     def leg(self) -> str:
         """What all chains of one leg have in common."""
-        unread = [[kind, axis, False, *rest] for kind, axis, _, *rest in self.joints]
-        return f"{self.table_name}{_MARK}{self._digest(unread)}"
+        return f"{self.table_name}{_MARK}{dataclasses.replace(self.unread(), closure=-1)._digest()}"
 
-    def _digest(self, joints: Sequence[Sequence[Any]]) -> str:
-        told = {**vars(self), "table_name": "", "reading": "", "joints": joints, "table": {}}
+    @property
+    def read(self) -> bool:
+        """Whether a sensor reads one of its joints."""
+        return any(joint[2] for joint in self.joints)
+
+    def unread(self) -> DeclaredChain:
+        """The same without a reading."""
+        joints = [[kind, axis, False, *rest] for kind, axis, _, *rest in self.joints]
+        return dataclasses.replace(self, joints=joints)
+
+    def _digest(self) -> str:
+        told = {**vars(self), "table_name": "", "reading": "", "table": {}}
+        if self.closure < 0:
+            del told["closure"]
         return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()[:8]
 
     def numbers_with(
@@ -126,6 +143,7 @@ class DeclaredChain:
             self.home_joints,
             self.free,
             self.recognise,
+            self.closure,
         )
 
 
@@ -158,7 +176,7 @@ def label_of(name: str) -> str:
 
 
 def readings_of_legs(chains: Sequence[str]) -> tuple[tuple[int, ...], ...]:
-    """Which chains of a mechanism are one leg, read at several joints; all others by themselves.
+    """Which chains of a mechanism are one leg, each for itself where a leg has one chain alone.
 
     The first that reads a joint goes with the first that reads another joint of such a leg, and so
     on.

@@ -168,14 +168,19 @@ class Mechanism(Kinematics):
                 f'the name "{printable(name)}" has characters that cannot be printed'
             )
         legs = tuple(legs)
-        (joint_limits or JointLimits()).of_legs(len(legs))  # raises if there are not as many
         if reading_step is not None and not 0 < reading_step < np.inf:
             raise MechanismError(f"reading_step is {reading_step:g}; expected a positive number")
-        if sensor_table is not None:
-            sensor_table.require_legs(len(legs))
         if not legs:
             raise MechanismError("a mechanism needs legs; got none")
         infos = tuple(chain_info(leg.chain, platform) for leg in legs)
+        read = sum(info.read for info in infos)
+        if not all(info.read for info in infos[:read]):
+            raise MechanismError("expected legs without a reading behind those that have one")
+        (joint_limits or JointLimits()).of_legs(read)  # raises if there are not as many
+        if sensor_table is not None:
+            sensor_table.require_legs(len(legs))
+            if read < len(legs):
+                raise MechanismError("a table of sensors goes with legs that are all read")
         require_mixable(infos)
         reading_unit = reading_unit or common_reading_unit(infos)
         names = union_of_names(infos)
@@ -337,6 +342,13 @@ class Mechanism(Kinematics):
         )
 
     @property
+    def not_leg_by_leg(self) -> str:
+        """Why no leg can be identified by itself, from full poses; empty where they can."""
+        if not self.is_read.all():
+            return "closures of a leg have no reading"
+        return "several joints of a leg are read" if self.ties else ""
+
+    @property
     def pose_space(self) -> str:
         """Kind of the poses: a name of `POSE_SPACES`."""
         return self.straight.pose_space
@@ -349,7 +361,19 @@ class Mechanism(Kinematics):
     @property
     def free(self) -> tuple[int, ...]:
         """Which coordinates of a pose can be chosen, see `ChainInfo.free`."""
-        return self._infos[0].free
+        return tuple(self.straight.free_coordinates)
+
+    @cached_property
+    def is_read(self) -> NDArray[np.bool_]:
+        """Whether a sensor reads each leg, shape (legs,); the others bind the platform."""
+        read = np.array([info.read for info in self._infos])
+        read.flags.writeable = False
+        return read
+
+    @property
+    def reading_count(self) -> int:
+        """How many legs are read; they are the first."""
+        return int(self.is_read.sum())
 
     @property
     def bound(self) -> bool:
@@ -467,6 +491,7 @@ class Mechanism(Kinematics):
                     self.parameter_names, self.parameter_roles(leg), row, strict=True
                 )
                 if not (identified or role.is_constant or role.is_given)
+                and (self.is_read[leg] or not role.of_sensor)
             )
             for leg, row in enumerate(self.is_estimated)
         )
@@ -485,7 +510,9 @@ class Mechanism(Kinematics):
     @property
     def reading_limits(self) -> Array:
         """Lower and upper limit of each sensor's reading, shape (2, legs); infinite without."""
-        return self.joint_limits.of_legs(len(self.legs))
+        limits = np.full((2, len(self.legs)), [[-np.inf], [np.inf]])
+        limits[:, self.is_read] = self.joint_limits.of_legs(self.reading_count)
+        return limits
 
     @property
     def files(self) -> tuple[Path, ...]:

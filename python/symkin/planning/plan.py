@@ -286,8 +286,8 @@ def write_plan(
 def plan_columns(plan: Plan, mechanism: Mechanism) -> dict[str, Any]:
     """Return the columns of a plan's table."""
     pose_names = pose_column_names(mechanism.pose_space)
-    reading_names = reading_column_names(len(mechanism.legs), mechanism.reading_unit)
-    readings = shown_readings(mechanism, plan.readings)
+    reading_names = reading_column_names(mechanism.reading_count, mechanism.reading_unit)
+    readings = shown_readings(mechanism, plan.readings)[:, mechanism.is_read]
     beyond = np.argwhere(np.isnan(readings))
     if len(beyond):
         row, leg = beyond[0].tolist()

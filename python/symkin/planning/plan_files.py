@@ -50,7 +50,7 @@ def read_plan(source: TableSource, mechanism: MechanismGiven) -> Plan:
         ("role", "primary or spare"),
     ):
         table.require(name, purpose)
-    columns = own_columns(table, mechanism.pose_space, leg_count)
+    columns = own_columns(table, mechanism.pose_space, mechanism.reading_count)
     readings = read_all_readings(table, columns, mechanism, "a plan commands every leg")
     spare = np.array([role == "spare" for role in table.words("role", ROLES)])
     if spare.all():

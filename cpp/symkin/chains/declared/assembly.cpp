@@ -69,6 +69,12 @@ Pose between(const Pose& from, const Pose& to, double share) {
 
 }  // namespace
 
+int binding_closures(const Description& leg, const Home& home) {
+  Loops loops(leg);
+  loops.walk(home.pose, home.joints);
+  return loops.equations() - rank_of(loops.columns());
+}
+
 Assembly::Assembly(const Description& leg, const Home& home)
     : loops_(leg), home_(home), home_joints_(home.joints) {
   const std::vector<int>& own = loops_.own();
@@ -276,6 +282,9 @@ double Assembly::reach_margin(const Pose& pose, const std::vector<int>& tangent)
     newton(pose, all_, whole_rank_, joints);
     const double missed = loops_.residual().norm();
     return std::isfinite(missed) ? -std::max(missed, kClosed) : -1;
+  }
+  if (read_.empty()) {
+    return std::numeric_limits<double>::infinity();
   }
   const auto square_at = [&](const Pose& there) {
     Joints moved = joints;

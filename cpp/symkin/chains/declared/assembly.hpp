@@ -15,6 +15,9 @@ struct Home {
   Joints joints;
 };
 
+// How many equations of a drawn leg no joint can meet, be it read or not: they bind the platform.
+int binding_closures(const Description& leg, const Home& home);
+
 // A leg put together: its joints at a pose, and its closures there, which are the equations that no
 // passive joint can meet. How many these are is a matter of the drawing, and is fixed at home.
 class Assembly {

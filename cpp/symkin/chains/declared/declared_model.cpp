@@ -38,18 +38,24 @@ std::vector<int> tangent_of(PoseSpace space) {
   return {0, 1, 2, 3, 4, 5};
 }
 
-const Joint& read_joint(const Description& leg) {
+// The joint that is read; null of a leg without a reading.
+const Joint* read_joint(const Declaration& declaration) {
+  const std::vector<Joint>& joints = declaration.leg.joints;
   const auto read = [](const Joint& joint) { return joint.read; };
-  const auto count = std::count_if(leg.joints.begin(), leg.joints.end(), read);
-  if (count != 1) {
+  const auto count = std::count_if(joints.begin(), joints.end(), read);
+  if (count != 1 && !(count == 0 && declaration.closure >= 0)) {
     throw InvalidInput("a declared leg has " + std::to_string(count) +
                        " joints in brackets; expected one, since a leg has one reading");
   }
-  return *std::find_if(leg.joints.begin(), leg.joints.end(), read);
+  const auto found = std::find_if(joints.begin(), joints.end(), read);
+  return found == joints.end() ? nullptr : &*found;
 }
 
-ActiveJoint active_joint(const Description& leg) {
-  const Joint& joint = read_joint(leg);
+ActiveJoint active_joint(const Declaration& declaration) {
+  if (read_joint(declaration) == nullptr) {
+    return ActiveJoint::joint_travel;  // by nothing
+  }
+  const Joint& joint = *read_joint(declaration);
   const bool along_y = std::abs(joint.axis.y()) > 0.5;
   if (joint.kind == JointKind::turn) {
     return along_y ? ActiveJoint::joint_turn : ActiveJoint::mirrored_joint_turn;
@@ -64,14 +70,28 @@ ChainInfo info_of(const Declaration& declaration, int closures, std::string_view
       name,
       declaration.pose_space,
       {},
-      active_joint(declaration.leg),
+      active_joint(declaration),
       closures,
       false,
       "without meaning: the joints at home say how the leg stands",
       declaration.free,
       known,
       mirror_image,
-      declaration.leg.loops.size() == 1 && declaration.leg.loops.front().length_joint >= 0};
+      declaration.leg.loops.size() == 1 && declaration.leg.loops.front().length_joint >= 0,
+      read_joint(declaration) != nullptr};
+  if (declaration.closure >= 0) {
+    if (declaration.closure >= (info.read ? 1 : closures)) {
+      throw InvalidInput("chain " + name + " is closure " + std::to_string(declaration.closure) +
+                         " of " + std::to_string(closures) + "; expected one of the leg's");
+    }
+    if (!info.read && declaration.pose_space != PoseSpace::spatial) {
+      throw InvalidInput("chain " + name +
+                         " has equations without a reading, which bind the platform; expected a "
+                         "platform in space");
+    }
+    info.closures = 1;
+    return info;
+  }
   if (closures > 1 && declaration.pose_space != PoseSpace::spatial) {
     throw InvalidInput("chain " + name + " has " + std::to_string(closures) +
                        " equations for one reading, which bind the platform; expected a platform "
@@ -97,7 +117,7 @@ class DeclaredModel final : public ChainModel {
         declaration_(std::move(declaration)),
         assembly_(assembly),
         tangent_(tangent_of(declaration_->pose_space)),
-        read_(assembly.read().front()) {
+        read_(info().read ? assembly.read().front() : -1) {
     find_places();
   }
 
@@ -110,9 +130,11 @@ class DeclaredModel final : public ChainModel {
     Assembly leg = at(parameters);
     Joints joints;
     for (Index i = 0; i < poses.rows(); ++i) {
-      readings[i] = leg.close(pose(poses, i), joints)
-                        ? sensor(parameters).reading(joints[read_], is_turn())
-                        : kNone;
+      const bool closes = leg.close(pose(poses, i), joints);
+      const bool read = closes && info().read;
+      readings[i] = read     ? sensor(parameters).reading(joints[read_], is_turn())
+                    : closes ? 0
+                             : kNone;
     }
   }
 
@@ -138,13 +160,14 @@ class DeclaredModel final : public ChainModel {
     }
     const auto count = static_cast<Index>(declaration_->leg.scalars.size());
     rows.by_parameters.setZero(poses.rows() * info().closures, parameter_count());
-    const LinearSensor sensor = this->sensor(parameters);
     each_closure(parameters, poses, readings, rows, [&](Index row, double reading, const Work& w) {
       auto slopes = rows.by_parameters.row(row);
       slopes.head(count) = Eigen::Map<const Vector>(w.scalars.data(), count).transpose();
-      const auto of_sensor = sensor.by_parameters(reading);
-      slopes[count + 1] = w.joints[read_] * of_sensor[0];
-      slopes[count + 2] = w.joints[read_] * of_sensor[1];
+      if (info().read) {
+        const auto of_sensor = sensor(parameters).by_parameters(reading);
+        slopes[count + 1] = w.joints[read_] * of_sensor[0];
+        slopes[count + 2] = w.joints[read_] * of_sensor[1];
+      }
     });
   }
 
@@ -171,7 +194,9 @@ class DeclaredModel final : public ChainModel {
   RowMatrix joint_centres(ConstVector parameters, ConstVector pose, double reading) const override {
     Assembly leg = at(parameters);
     Joints joints = leg.home_joints();
-    joints[read_] = sensor(parameters).active_joint(reading);
+    if (info().read) {
+      joints[read_] = sensor(parameters).active_joint(reading);
+    }
     leg.close_around_readings(pose_of(info().pose_space, pose.data()), joints);
     const auto all = leg.loops().places(info().pose_space == PoseSpace::spherical);
     const Index size = planar() ? 2 : 3;
@@ -277,8 +302,9 @@ class DeclaredModel final : public ChainModel {
       info.parameters.push_back({scalar.name, scalar.role, scalar.held});
     }
     info.parameters.push_back({"hand", {End::none, ParameterKind::handedness}});
-    info.parameters.insert(info.parameters.end(), LinearSensor::kParameterInfos.begin(),
-                           LinearSensor::kParameterInfos.end());
+    for (const ParameterInfo& each : LinearSensor::kParameterInfos) {
+      info.parameters.push_back({each.name, each.role, !info.read});
+    }
     return info;
   }
 
@@ -313,19 +339,22 @@ class DeclaredModel final : public ChainModel {
     rows.by_reading.resize(rows.closure.size());
     Assembly leg = at(parameters);
     const LinearSensor sensor = this->sensor(parameters);
+    const Index first = std::max(declaration_->closure, 0);
     Joints joints = leg.home_joints();
     Work work;
     for (Index i = 0; i < poses.rows(); ++i) {
-      joints[read_] = sensor.active_joint(readings[i]);
+      if (info().read) {
+        joints[read_] = sensor.active_joint(readings[i]);
+      }
       leg.close_around_readings(pose(poses, i), joints);
       const Columns wrenches = leg.reciprocal();
       const Equations residual = leg.loops().residual();
       for (Index c = 0; c < closures; ++c) {
         const Index row = i * closures + c;
-        leg.loops().work(wrenches.col(c), work);
-        rows.closure[row] = wrenches.col(c).dot(residual);
+        leg.loops().work(wrenches.col(first + c), work);
+        rows.closure[row] = wrenches.col(first + c).dot(residual);
         rows.by_pose.row(row) = work.pose(tangent_).transpose();
-        rows.by_reading[row] = sensor.gain * work.joints[read_];
+        rows.by_reading[row] = info().read ? sensor.gain * work.joints[read_] : 0;
         visit(row, readings[i], work);
       }
     }
@@ -351,7 +380,7 @@ class DeclaredModel final : public ChainModel {
   std::shared_ptr<const Declaration> declaration_;
   Assembly assembly_;
   std::vector<int> tangent_;
-  int read_;
+  int read_;  // -1 where nothing is
   std::vector<std::size_t> places_;
 };
 
@@ -372,11 +401,12 @@ Pose pose_of(PoseSpace space, const double* row) {
 }
 
 std::unique_ptr<const ChainModel> declared_model(const Declaration& declaration) {
-  static_cast<void>(read_joint(declaration.leg));  // throws unless there is one
+  static_cast<void>(read_joint(declaration));  // throws where there are several
   auto lasting = std::make_shared<const Declaration>(declaration);
   const Assembly assembly(lasting->leg, {pose_of(lasting->pose_space, lasting->home_pose.data()),
                                          lasting->home_joints});
-  std::optional<Recognised> known = lasting->recognise ? recognised(*lasting) : std::nullopt;
+  std::optional<Recognised> known =
+      lasting->recognise && lasting->closure < 0 ? recognised(*lasting) : std::nullopt;
   return std::make_unique<DeclaredModel>(std::move(lasting), assembly, std::move(known));
 }
 

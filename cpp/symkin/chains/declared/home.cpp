@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: MIT
+#include <Eigen/Cholesky>
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
@@ -48,10 +49,39 @@ int rank_of(const Scalar& scalar, double drawn) {
   return (length ? 1 : 3) + (scalar.role.end == End::base ? 0 : 1);
 }
 
+using Model = std::unique_ptr<const ChainModel>;
+
+// The drawn leg with a straight sensor.
+Vector parameters_of(const ChainModel& model, ConstVector geometry) {
+  Vector parameters(model.parameter_count());
+  parameters << geometry, 1, 1, 0;
+  return parameters;
+}
+
+// Moves a pose by as little as makes the closures without a reading hold.
+void bring_to(const std::vector<Model>& binding, ConstVector geometry, Vector& pose) {
+  constexpr int kSteps = 12;
+  const auto count = static_cast<Index>(binding.size());
+  for (int i = 0; i < kSteps && count > 0; ++i) {
+    const RowMatrix at = pose.transpose();
+    RowMatrix by_pose(count, 6);
+    Vector values(count);
+    ClosureRows row;
+    for (Index k = 0; k < count; ++k) {
+      const ChainModel& model = *binding[static_cast<std::size_t>(k)];
+      model.linearise_pose(parameters_of(model, geometry), at, Vector::Zero(1), row);
+      by_pose.row(k) = row.by_pose;
+      values[k] = row.closure[0];
+    }
+    const Vector step = -by_pose.transpose() * (by_pose * by_pose.transpose()).ldlt().solve(values);
+    move_pose(PoseSpace::spatial, step.data(), pose.data());
+  }
+}
+
 // Poses near home at which the leg closes. A leg that binds the platform leaves it the coordinates
 // that can be chosen.
 std::vector<Vector> poses_near(const Declaration& declaration, const ChainModel& model,
-                               ConstVector parameters) {
+                               const std::vector<Model>& binding, ConstVector geometry) {
   constexpr int kPoses = 60;
   std::mt19937 random(11);
   std::uniform_real_distribution<double> share(-1, 1);
@@ -70,9 +100,10 @@ std::vector<Vector> poses_near(const Declaration& declaration, const ChainModel&
     }
     Vector pose = declaration.home_pose;
     move_pose(space, step.data(), pose.data());
+    bring_to(binding, geometry, pose);
     Vector reading(1);
     const RowMatrix row = pose.transpose();
-    model.inverse_kinematics(parameters, 1, row, reading);
+    model.inverse_kinematics(parameters_of(model, geometry), 1, row, reading);
     if (reading.allFinite()) {
       poses.push_back(pose);
     }
@@ -81,11 +112,11 @@ std::vector<Vector> poses_near(const Declaration& declaration, const ChainModel&
 }
 
 // Derivatives of the leg's closures by its parameters at such poses.
-RowMatrix rows_near(const Declaration& declaration, ConstVector geometry) {
+RowMatrix rows_near(const Declaration& declaration, const std::vector<Model>& binding,
+                    ConstVector geometry) {
   const auto model = declared_model(declaration);
-  Vector parameters(model->parameter_count());
-  parameters << geometry, 1, 1, 0;
-  const std::vector<Vector> near = poses_near(declaration, *model, parameters);
+  const Vector parameters = parameters_of(*model, geometry);
+  const std::vector<Vector> near = poses_near(declaration, *model, binding, geometry);
   RowMatrix poses(static_cast<Index>(near.size()), declaration.home_pose.size());
   for (std::size_t i = 0; i < near.size(); ++i) {
     poses.row(static_cast<Index>(i)) = near[i].transpose();
@@ -165,7 +196,7 @@ RowMatrix joints_at(const Declaration& declaration, ConstVector parameters, Cons
 std::vector<bool> redundant_scalars(const std::vector<Declaration>& readings) {
   constexpr double kAdds = 1e-9;  // of itself
   if (readings.empty()) {
-    throw InvalidInput("a leg without a reading; expected one or more");
+    throw InvalidInput("a leg without a closure; expected one or more");
   }
   const Description& drawn = readings.front().leg;
   const std::vector<Scalar>& scalars = drawn.scalars;
@@ -178,15 +209,28 @@ std::vector<bool> redundant_scalars(const std::vector<Declaration>& readings) {
   }
   // What is drawn, then gain and offset of each sensor: sensors show themselves in rows of their
   // own.
-  const auto sensors = static_cast<Index>(readings.size());
+  const auto is_read = [](const Declaration& each) {
+    return std::any_of(each.leg.joints.begin(), each.leg.joints.end(),
+                       [](const Joint& joint) { return joint.read; });
+  };
+  const auto sensors = static_cast<Index>(std::count_if(readings.begin(), readings.end(), is_read));
+  std::vector<Model> binding;
+  for (const Declaration& each : readings) {
+    if (!is_read(each)) {
+      binding.push_back(declared_model(each));
+    }
+  }
   RowMatrix columns(0, count + 2 * sensors);
-  for (Index i = 0; i < sensors; ++i) {
-    const RowMatrix own = rows_near(readings[static_cast<std::size_t>(i)], geometry);
+  Index sensor = 0;
+  for (const Declaration& each : readings) {
+    const RowMatrix own = rows_near(each, binding, geometry);
     const Index first = columns.rows();
     columns.conservativeResize(first + own.rows(), Eigen::NoChange);
     columns.bottomRows(own.rows()).setZero();
     columns.block(first, 0, own.rows(), count) = own.leftCols(count);
-    columns.block(first, count + 2 * i, own.rows(), 2) = own.rightCols<2>();
+    if (is_read(each)) {
+      columns.block(first, count + 2 * sensor++, own.rows(), 2) = own.rightCols<2>();
+    }
   }
   std::vector<Index> order(scalars.size());
   std::iota(order.begin(), order.end(), Index{0});

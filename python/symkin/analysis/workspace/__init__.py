@@ -89,8 +89,8 @@ class WorkspaceSample(Result):
     def columns(self) -> Mapping[str, Sequence[Any]]:
         """Return poses, readings and condition numbers as symkin's files have them."""
         poses = pose_column_names(self.pose_space)
-        readings = reading_column_names(self.readings.shape[1], self.reading_unit)
         shown = self.readings if self.shown is None else self.shown
+        readings = reading_column_names(shown.shape[1], self.reading_unit)
         drawn = self.poses if self.as_drawn is None else self.as_drawn
         table = np.hstack([drawn, shown, self.conditions[:, np.newaxis]])
         return dict(zip([*poses, *readings, "condition"], table.T, strict=True))
@@ -143,8 +143,8 @@ def sample_workspace(
         pose_space=mechanism.pose_space,
         reading_unit=mechanism.reading_unit,
         shown=None
-        if mechanism.sensor_table is None
-        else shown_readings(mechanism, sample.readings),
+        if mechanism.sensor_table is None and mechanism.is_read.all()
+        else shown_readings(mechanism, sample.readings)[:, mechanism.is_read],
         as_drawn=as_drawn(mechanism, sample.poses),
     )
 

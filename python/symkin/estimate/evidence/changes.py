@@ -318,7 +318,7 @@ def rows_of_changes(found: Found, apart: Sequence[int]) -> Rows | None:
     if found.legs:
         robot = robot.replace(frames=None)
     if found.options.poses == "own":
-        measured = own_readings(measured)
+        measured = own_readings(robot, measured)
     robot, legs = robot.replace(curvature=None), len(robot.legs)
     estimated = found.options.covariates(robot, measured)
     ones = np.ones((len(measured), legs))

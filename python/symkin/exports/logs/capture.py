@@ -148,7 +148,7 @@ def _joined(take: _Take, beside: Log, robot: Mechanism, title: str) -> ImportedL
     for name in parts[0]:
         columns[name] = np.array([part[name][0] for part in parts])
     means = np.array([np.nanmean(readings[other], axis=0) for _, other in rows])
-    names = reading_column_names(len(robot.legs), robot.reading_unit)
+    names = reading_column_names(robot.reading_count, robot.reading_unit)
     columns |= dict(zip(names, means.T, strict=True))
     off = 1e3 * (clocks.deviation if math.isfinite(clocks.deviation) else 0.0)
     took = (
@@ -220,7 +220,7 @@ def _columns_of_take(
 
 def _encoders(log: Log, robot: Mechanism) -> tuple[Array, Array]:
     """Times and readings of a table with a column of time, or of ROS's joint states."""
-    legs = len(robot.legs)
+    legs = robot.reading_count
     if _is_ros(log):
         names, values = _ros_table(log)
         found = [_ros_column(names, f"position{leg}", f"position[{leg}]") for leg in range(legs)]

@@ -1,0 +1,210 @@
+# SPDX-License-Identifier: MIT
+"""Mechanisms whose legs bind the platform differently, and legs that no sensor reads."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import symkin
+from symkin.errors import SymkinError
+from symkin.planning.simulation import disturb
+
+Array = NDArray[np.float64]
+FOLDER = Path(__file__).parents[3] / "mechanisms" / "declared"
+NAMES = ("tricept", "2rps_ups")
+
+
+def turned(axis: int, angle: float) -> Array:
+    c, s = np.cos(angle), np.sin(angle)
+    matrix = np.eye(4)
+    first, second = (axis + 1) % 3, (axis + 2) % 3
+    matrix[[first, second], [first, second]] = c
+    matrix[first, second], matrix[second, first] = -s, s
+    return matrix
+
+
+def moved(*by: float) -> Array:
+    matrix = np.eye(4)
+    matrix[:3, 3] = by
+    return matrix
+
+
+def by_vector(*vector: float) -> Array:
+    angle = float(np.linalg.norm(vector))
+    x, y, z = np.array(vector) / (angle or 1.0)
+    skew = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    matrix = np.eye(4)
+    matrix[:3, :3] += np.sin(angle) * skew + (1 - np.cos(angle)) * skew @ skew
+    return matrix
+
+
+def end(p: Mapping[str, float], name: str) -> Array:
+    """The fixed transform at an end of a leg by its numbers, zero where there are none."""
+    x, y, z, roll, pitch, rx, ry, rz = (
+        float(p.get(f"{name}_{key}", 0.0))
+        for key in ("x", "y", "z", "roll", "pitch", "rx", "ry", "rz")
+    )
+    drawn = turned(2, p[f"{name}_azimuth"]) @ moved(x, y, z)
+    return drawn @ turned(1, pitch) @ turned(0, roll) @ by_vector(rx, ry, rz)
+
+
+def pose_matrix(pose: Array) -> Array:
+    x, y, z, w = pose[3:]
+    half = float(np.linalg.norm(pose[3:6]))
+    angle = 2 * np.arctan2(half, w)
+    return moved(*pose[:3]) @ by_vector(*(np.array([x, y, z]) / (half or 1.0) * angle))
+
+
+def shown(p: Mapping[str, float], reading: float) -> float:
+    return p["sensor_gain"] * reading + p["sensor_offset"]
+
+
+def strut(p: Mapping[str, float], q: float, pose: Array) -> list[float]:
+    apart = (pose @ end(p, "platform"))[:3, 3] - end(p, "base")[:3, 3]
+    return [float(np.linalg.norm(apart)) - q]
+
+
+def middle(p: Mapping[str, float], pose: Array) -> list[float]:
+    """What is left of the platform in the joints' frame but for two turns and the slide."""
+    seen = np.linalg.inv(end(p, "base")) @ pose @ end(p, "platform")
+    first = np.arctan2(seen[2, 1], seen[1, 1])
+    second = np.arctan2(seen[0, 2], seen[0, 0])
+    joints = turned(0, first) @ turned(1, second)
+    joints = joints @ moved(0, 0, float(joints[:3, 2] @ seen[:3, 3]))
+    return [float(each) for each in (seen - joints)[:3].ravel()]
+
+
+def rps(p: Mapping[str, float], q: float, pose: Array) -> tuple[list[float], float]:
+    """How far the ball is beside the hinge's plane and the strut's end, and the hinge's angle."""
+    ball = (np.linalg.inv(end(p, "base")) @ pose @ end(p, "platform"))[:3, 3]
+    along = p["foot_z"] + np.cos(p["foot_rx"]) * q
+    missed = [ball[1] + np.sin(p["foot_rx"]) * q, np.hypot(ball[0], ball[2]) - along]
+    return missed, float(np.arctan2(ball[0], ball[2]))
+
+
+def missed(robot: symkin.Mechanism, readings: Array, pose: Array) -> list[float]:
+    """What the legs miss of closing, written joint by joint."""
+    matrix = pose_matrix(pose)
+    legs = [each.parameters for each in robot.legs]
+    q = [shown(p, reading) for p, reading in zip(legs, readings, strict=True)]
+    if robot.name == "tricept":
+        struts = [each for leg in range(3) for each in strut(legs[leg], q[leg], matrix)]
+        return struts + middle(legs[3], matrix)
+    # The hinge of the first leg, the struts of the second, third and first.
+    first, angle = rps(legs[3], q[3], matrix)
+    second, _ = rps(legs[1], q[1], matrix)
+    return [q[0] - angle, *first, *second, *strut(legs[2], q[2], matrix)]
+
+
+@pytest.fixture(scope="module", params=NAMES)
+def robot(request: pytest.FixtureRequest) -> symkin.Mechanism:
+    return symkin.load_mechanism(FOLDER / f"{request.param}.toml")
+
+
+@pytest.fixture(scope="module")
+def plan(robot: symkin.Mechanism) -> symkin.Plan:
+    return symkin.plan(robot, 24, candidates=300)
+
+
+def test_closures_without_a_reading_stand_behind_the_readings_as_legs() -> None:
+    tricept, other = (symkin.load_mechanism(FOLDER / f"{name}.toml") for name in NAMES)
+    assert tricept.is_read.tolist() == [True] * 3 + [False] * 3
+    assert tricept.leg_readings == ((0,), (1,), (2,), (3, 4, 5))
+    assert other.is_read.tolist() == [True] * 4 + [False] * 2
+    assert other.leg_readings == ((0, 3, 4), (1, 5), (2,))
+    assert [each.core.mobility for each in (tricept, other)] == [3, 4]
+    assert [each.free for each in (tricept, other)] == [(2, 3, 4), (0, 2, 3, 4)]
+    assert "4 legs with 3 readings, 3 strut + 3 middle without a reading" in str(tricept)
+    assert not {"sensor_gain", "sensor_offset"} & {*tricept.estimated_names(3), *tricept.held[3]}
+
+
+def test_legs_close_loops_that_are_written_independently(robot: symkin.Mechanism) -> None:
+    made = disturb(robot, seed=6)
+    start = symkin.sample_workspace(robot, 5, seed=1).poses
+    readings = robot.inverse_kinematics(start)
+    assert not readings[:, ~robot.is_read].any()
+    poses, converged = made.forward_kinematics(readings)
+    assert converged.all()
+    np.testing.assert_allclose(made.inverse_kinematics(poses), readings, atol=1e-12)
+    for pose, row in zip(poses, readings, strict=True):
+        np.testing.assert_allclose(missed(made, row, pose), 0.0, atol=1e-12)
+    # And nothing but these: beside them some leg does not close.
+    beside = poses + np.array([1e-4, 2e-4, -1e-4, 0, 0, 0, 0])
+    own = made.inverse_kinematics(beside)
+    bound = [made.closure(leg, beside, own[:, leg]) for leg in np.flatnonzero(~made.is_read)]
+    assert np.linalg.norm(bound, axis=0).min() > 1e-5
+
+
+def test_tables_have_no_columns_of_what_no_sensor_reads(
+    robot: symkin.Mechanism, plan: symkin.Plan, tmp_path: Path
+) -> None:
+    measured = symkin.simulate(robot, plan, 1).measurements
+    assert not measured.readings[:, ~robot.is_read].any()
+    symkin.write_measurements(measured, tmp_path / "measured.csv", robot)
+    head = (tmp_path / "measured.csv").read_text().splitlines()[0].split(",")
+    psi = [f"psi_{leg + 1}_{robot.reading_unit}" for leg in range(robot.reading_count)]
+    assert [name for name in head if name.startswith("psi")] == psi
+    again = symkin.read_measurements(tmp_path / "measured.csv", robot)
+    np.testing.assert_array_equal(again.readings, measured.readings)
+    made = disturb(robot, seed=3)
+    symkin.save_mechanism(made, tmp_path / "made.toml")
+    np.testing.assert_array_equal(
+        symkin.load_mechanism(tmp_path / "made.toml").parameters, made.parameters
+    )
+
+
+def test_robots_scatter_as_their_estimates_say(robot: symkin.Mechanism, plan: symkin.Plan) -> None:
+    squares, count = 0.0, 0
+    for seed in range(4):
+        actual = disturb(robot, seed=seed)
+        measured = symkin.simulate(robot, plan, seed, actual=actual).measurements
+        found = symkin.identify(robot, measured)
+        assert found.converged
+        errors = np.array([
+            found.params[name].value - actual.legs[int(name[3]) - 1].parameters[name[5:]]
+            for name in found.names
+        ])  # fmt: skip
+        squares += float(errors @ np.linalg.solve(found.covariance, errors))
+        count += len(errors)
+    assert 0.75 < squares / count < 1.3
+    poses = plan.poses
+    before = symkin.evaluate(robot, actual=actual, poses=poses).position_rms
+    # Commanded through the model, whose own legs bind its platform.
+    after = symkin.evaluate(found.mechanism, actual=actual, poses=poses).position_rms
+    assert after < before / 10
+    if robot.name == "tricept":
+        fleet = symkin.identify_many(robot, {"last": measured})
+        np.testing.assert_allclose(fleet.parameters[0], found.mechanism.parameters, atol=1e-12)
+    with pytest.raises(SymkinError, match="closures of a leg have no reading"):
+        symkin.identify(robot, measured, "implicit")
+
+
+@pytest.mark.parametrize(
+    ("name", "old", "new", "says"),
+    [
+        (
+            "tricept",
+            'ry = ["-0.3 rad", "0.3 rad"]\nfree = ["z", "rx", "ry"]\n'
+            'home = ["0.8 m", "0 rad", "0 rad"]',
+            'free = ["z", "rx"]\nhome = ["0.8 m", "0 rad"]',
+            "as many in free, and not 2",
+        ),
+        ("2rps_ups", '"hinge: [R] y"', '"hinge: R y"', "3 readings and 2 equations that bind"),
+        ("tricept", '"tube: P z"', '"tube: [P] z"', "4 readings and 3 equations that bind"),
+        ("tricept", '"tube: P z"', '"tube: P z", "P x", "P y", "R z"', "the leg binds nothing"),
+    ],
+)
+def test_what_does_not_bind_the_platform_well_is_refused(
+    tmp_path: Path, name: str, old: str, new: str, says: str
+) -> None:
+    text = (FOLDER / f"{name}.toml").read_text()
+    assert text.count(old) == 1
+    path = tmp_path / "robot.toml"
+    path.write_text(text.replace(old, new))
+    with pytest.raises(SymkinError, match=says):
+        symkin.load_mechanism(path)
