@@ -45,6 +45,19 @@ TEST(Bounds, DesignsWithRepeatsStayBelowTheirBoundAndMayExceedTheOther) {
   EXPECT_GT(exceeded, 0);
 }
 
+// The weights' error and its bound meet in a few passes, so the rest is what whole poses cost.
+TEST(Bounds, TheLeastExpectedErrorOfManyPosesIsKnownTightly) {
+  for (const Index r : {Index{1}, Index{3}}) {
+    const RowMatrix rows = random_rows(r * 3000, 6, 11);
+    const RowMatrix root = random_rows(6, 6, 12);
+    SelectionOptions options = options_for(60, SelectionMethod::exchange);
+    options.criterion = Criterion::expected_error;
+    options.error_weight = root.transpose() * root;
+    EXPECT_GT(select_poses(CandidateRows{rows, r}, options).certificate.criterion_efficiency, 0.999)
+        << r;
+  }
+}
+
 TEST(Bounds, AnyFactorGivesABound) {
   const RowMatrix rows = random_rows(12, 3, 1);
   const Best best = enumerate(rows, 1, 5, log_det);

@@ -132,14 +132,4 @@ std::optional<double> ErrorExchange::gain(double share) const {
   return k ? std::optional(share * k->cwiseProduct(h_).sum()) : std::nullopt;
 }
 
-bool ErrorExchange::falls(double share) const {
-  std::optional<Small> k = inverse_at(share);
-  if (!k) {
-    return false;
-  }
-  const Small kh = k->lazyProduct(h_);
-  k->rightCols(r_) *= -1;  // K D
-  return k->transpose().cwiseProduct(kh).sum() > 0;
-}
-
 }  // namespace symkin::design::detail

@@ -44,7 +44,7 @@ ErrorSlopes error_slopes(const RowMatrix& information, const RowMatrix& error_we
 // How the expected error, trace(M^-1 B), changes where some rows replace others, a share s of each:
 // M(s) = M + s (in^T in - out^T out), no matrix as large as M factored anew. With U = (in, out),
 // D = (I, -I), G = U M^-1 U^T, H = U M^-1 B M^-1 U^T and K = (D + s G)^-1 (Woodbury)
-//   trace(M(s)^-1 B) = trace(M^-1 B) - s trace(K H),  its slope is -trace(K D K H)
+//   trace(M(s)^-1 B) = trace(M^-1 B) - s trace(K H)
 //   det M(s) = (-1)^r det(D + s G) det M
 class ErrorExchange {
  public:
@@ -58,8 +58,6 @@ class ErrorExchange {
 
   // What the share takes off the error, or nothing where that would cost digits.
   std::optional<double> gain(double share) const;
-  // Whether the error still falls at the share; not where M(s) is nearly singular.
-  bool falls(double share) const;
 
  private:
   using Small = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, 2 * kMaxRows,

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <optional>
 #include <utility>
 
 #include "symkin/design/detail/bounds.hpp"
@@ -18,6 +17,14 @@ constexpr int kSteps = 600;  // of weight between two passes
 constexpr int kBisections = 12;
 constexpr double kLeastGain = 1e-7;  // of the logarithm of the criterion
 constexpr Index kActive = 200;
+// Of the expected error, where Newton's method takes these steps.
+constexpr Index kFavoured = 1000;
+constexpr double kTight = 1e-5;      // between the bound and the weights' error
+constexpr int kModels = 4;           // between two passes
+constexpr Index kTakers = 128;       // candidates without weight so far, on a model
+constexpr Index kMovesEach = 10;     // for each candidate of a model
+constexpr double kGainLeft = 0.005;  // of the first move's, when a model is left
+
 constexpr double kFirstSharpness = 2;  // doubled in each round up to
 constexpr double kSharpness = 16;
 
@@ -50,7 +57,11 @@ class DesignSearch {
       const LargestRatio bound = at_information();
       best = above ? std::min(best, bound.value) : std::max(best, bound.value);
       activate(bound.favoured);
-      improve();
+      if (above) {
+        improve();
+      } else if (improve_error() * (1 - kTight) <= best) {
+        break;
+      }
       if (criterion() == Criterion::O4) {
         reach(problem_.rounded(by_weight()));
       }
@@ -85,7 +96,10 @@ class DesignSearch {
     return root / in_units(root).norm();
   }
 
-  Index kept() const { return std::max(kActive, 2 * problem_.free_count); }
+  Index kept() const {
+    const bool error = criterion() == Criterion::expected_error;
+    return std::max(error ? kFavoured : kActive, 2 * problem_.free_count);
+  }
 
   // The bound with T the gradient at the present weights.
   LargestRatio at_information() const {
@@ -182,12 +196,7 @@ class DesignSearch {
   void improve() {
     for (int step = 0; step < kSteps; ++step) {
       check_interrupt();
-      std::optional<ErrorSlopes> slopes;  // of the expected error
-      if (criterion() == Criterion::expected_error) {
-        slopes = error_slopes(information_, options_.error_weight);
-      }
-      const Vector gains =
-          squares_ * lower_triangle(slopes ? slopes->gradient() : gradient_at(information_), 2);
+      const Vector gains = squares_ * lower_triangle(gradient_at(information_), 2);
       Index giver = size_of(active_);
       Index taker = giver;
       double least = kInfinity;
@@ -207,9 +216,7 @@ class DesignSearch {
       }
       const RowMatrix direction = square_of(taker) - square_of(giver);
       const double limit = std::min(at(weights_, giver), 1 - at(weights_, taker));
-      const double moved =
-          slopes ? best_step(error_falls(*slopes, at(rows_, taker), at(rows_, giver)), limit)
-                 : best_step(criterion_rises(direction), limit);
+      const double moved = best_step(criterion_rises(direction), limit);
       if (moved <= 0) {
         return;
       }
@@ -219,6 +226,101 @@ class DesignSearch {
     }
   }
 
+  // Newton's method for the expected error f = trace(M^-1 B), as for log det: f has the slopes
+  // -trace(C_j M^-1 B M^-1 C_j^T) in the weights, and the curvatures 2 sum (C_j M^-1 C_k^T) o (C_j
+  // M^-1 B M^-1 C_k^T) over all elements. On this model weight goes from the candidate that loses
+  // least to the one that gains most; then f is made least on the way there. Returns f before that.
+  double improve_error() {
+    double error = 0;
+    for (int model = 0; model < kModels; ++model) {
+      check_interrupt();
+      const ErrorSlopes slopes = error_slopes(information_, options_.error_weight);
+      error = slopes.error;
+      const Indices places = on_model(squares_ * lower_triangle(slopes.weighted, 2));
+      const Index r = at(rows_, 0).rows();
+      RowMatrix rows(size_of(places) * r, information_.cols());
+      Vector weights(size_of(places));
+      for (Index j = 0; j < weights.size(); ++j) {
+        rows.middleRows(j * r, r) = at(rows_, at(places, j));
+        weights[j] = at(weights_, at(places, j));
+      }
+      const RowMatrix weighted = product(rows, slopes.weighted);
+      const Vector change =
+          moved(weights, sums_of_blocks(weighted.cwiseProduct(rows).rowwise().sum(), r),
+                curvatures_of(rows, product(rows, slopes.inverse), weighted, r)) -
+          weights;
+      if (change.isZero(0)) {
+        break;
+      }
+      const Vector of_rows = change.transpose().replicate(r, 1).reshaped();
+      const RowMatrix direction = product(rows.transpose() * of_rows.asDiagonal(), rows);
+      const double share = best_step(criterion_rises(direction), 1);
+      for (Index j = 0; j < weights.size(); ++j) {
+        at(weights_, at(places, j)) = weights[j] + share * change[j];
+      }
+      information_ += share * direction;
+    }
+    return error;
+  }
+
+  // Those with weight, and those without that gain most from some.
+  Indices on_model(const Vector& gains) const {
+    Indices with;
+    Indices without;
+    for (Index j = 0; j < gains.size(); ++j) {
+      (at(weights_, j) > 0 ? with : without).push_back(j);
+    }
+    const Index wanted = std::min(kTakers, size_of(without));
+    std::nth_element(
+        without.begin(), without.begin() + wanted, without.end(),
+        [&](Index a, Index b) { return std::pair(-gains[a], a) < std::pair(-gains[b], b); });
+    with.insert(with.end(), without.begin(), without.begin() + wanted);
+    return with;
+  }
+
+  static Vector sums_of_blocks(const Vector& values, Index r) {
+    return values.reshaped(r, values.size() / r).colwise().sum();
+  }
+
+  static RowMatrix curvatures_of(const RowMatrix& rows, const RowMatrix& solved,
+                                 const RowMatrix& weighted, Index r) {
+    const RowMatrix terms =
+        product(solved, rows.transpose()).cwiseProduct(product(weighted, rows.transpose()));
+    const Index n = rows.rows() / r;
+    RowMatrix result(n, n);
+    for (Index j = 0; j < n; ++j) {
+      const Vector of_block = terms.middleRows(j * r, r).colwise().sum();
+      result.row(j) = 2 * sums_of_blocks(of_block, r).transpose();
+    }
+    return result;
+  }
+
+  // The weights after moves between two candidates at a time, with these slopes and curvatures.
+  static Vector moved(Vector weights, Vector slopes, const RowMatrix& curvatures) {
+    double least = 0;
+    for (Index move = 0; move < kMovesEach * weights.size(); ++move) {
+      Index giver = -1;
+      Index taker = -1;
+      for (Index j = 0; j < weights.size(); ++j) {
+        giver = weights[j] > 0 && (giver < 0 || slopes[j] < slopes[giver]) ? j : giver;
+        taker = weights[j] < 1 && (taker < 0 || slopes[j] > slopes[taker]) ? j : taker;
+      }
+      const double gain = giver < 0 || taker < 0 ? 0 : slopes[taker] - slopes[giver];
+      if (!(gain > least)) {
+        break;
+      }
+      least = move == 0 ? kGainLeft * gain : least;
+      const double curvature =
+          curvatures(giver, giver) + curvatures(taker, taker) - 2 * curvatures(giver, taker);
+      const double room = std::min(weights[giver], 1 - weights[taker]);
+      const double step = gain < room * curvature ? gain / curvature : room;
+      weights[giver] -= step;
+      weights[taker] += step;
+      slopes -= step * (curvatures.row(taker) - curvatures.row(giver)).transpose();
+    }
+    return weights;
+  }
+
   // Whether the criterion rises at a step along a direction.
   std::function<bool(double)> criterion_rises(const RowMatrix& direction) const {
     return [this, &direction](double step) {
@@ -226,17 +328,6 @@ class DesignSearch {
       return inverse_factor(moved).size() != 0 &&
              gradient_at(moved).cwiseProduct(direction).sum() > 0;
     };
-  }
-
-  static std::function<bool(double)> error_falls(const ErrorSlopes& slopes, const RowMatrix& in,
-                                                 const RowMatrix& out) {
-    const auto with = [&](const RowMatrix& rows) {
-      return std::pair(product(rows, slopes.inverse), product(rows, slopes.weighted));
-    };
-    const auto [in_solved, in_weighted] = with(in);
-    const auto [out_solved, out_weighted] = with(out);
-    const ErrorExchange exchange({in, in_solved, in_weighted}, {out, out_solved, out_weighted});
-    return [exchange](double step) { return exchange.falls(step); };
   }
 
   // Along a line the criterion rises and then falls: bisection of its slope.
