@@ -31,6 +31,7 @@ Array = NDArray[np.float64]
 
 _PARTS = 8  # of the way from a start
 _OPEN = 1e-6  # of the largest singular value: a direction that a row leaves open
+_STILL = 1e-9  # of the characteristic length: a step that ends it
 _NEAR = 0.05  # of the characteristic length: what a drawing may be off by
 
 
@@ -95,31 +96,42 @@ def _followed(
     space = mechanism.space
     known = whole(starts)
     poses = np.where(known[:, None], starts, np.atleast_2d(mechanism.home))
-    first, _ = _misfits(mechanism, setup, measurements, poses)
-    scale = np.repeat([1.0, mechanism.characteristic_length], [space.size, len(space.rotation)])
+    there = transforms(space.name, np.where(np.isnan(measurements.poses), 0.5, measurements.poses))
+    first, _ = _misfits(mechanism, setup, measurements, poses, there)
+    length = mechanism.characteristic_length
+    scale = np.repeat([1.0, length], [space.size, len(space.rotation)])
     for step in (*range(1, _PARTS + 1), *(_PARTS,) * _PARTS):
-        left, by_pose = _misfits(mechanism, setup, measurements, poses)
+        left, by_pose = _misfits(mechanism, setup, measurements, poses, there)
         wanted = left - (1 - step / _PARTS) * first
         usable = np.isfinite(wanted).all(axis=1) & np.isfinite(by_pose).all(axis=(1, 2))
         known = known & usable
+        if not known.any():
+            break
         inverse = np.linalg.pinv(np.where(known[:, None, None], by_pose / scale, 0.0), _OPEN)
         tangents = np.zeros((len(poses), 6))
         moves = -np.einsum("nij,nj->ni", inverse, np.where(known[:, None], wanted, 0.0)) / scale
         tangents[:, space.components] = moves
+        if step == _PARTS and np.abs(moves * scale).max() < _STILL * length:
+            break
         old = transforms(space.name, poses)
         turned = rotations_from_vectors(tangents[:, 3:]) @ old.rotation
         poses = poses_of(space.name, Transform(turned, old.translation + tangents[:, :3]))
-    left, _ = _misfits(mechanism, setup, measurements, poses)
-    reached = np.abs(left).max(axis=1) < _NEAR * mechanism.characteristic_length
+    left, _ = _misfits(mechanism, setup, measurements, poses, there)
+    reached = np.abs(left).max(axis=1) < _NEAR * length
     return np.where((known & reached)[:, None], poses, np.nan)
 
 
 def _misfits(
-    mechanism: Mechanism, setup: _core.Setup, measurements: Measurements, poses: Array
+    mechanism: Mechanism,
+    setup: _core.Setup,
+    measurements: Measurements,
+    poses: Array,
+    measured: Transform,
 ) -> tuple[Array, Array]:
     """What closures and measured coordinates are off by, (N, r), and by the pose's tangent.
 
-    Orientations count at the characteristic length; what was not observed is zero.
+    Poses as measured have something in place of what was not. Orientations count at the
+    characteristic length; what was not observed is zero.
     """
     space, length = mechanism.space, mechanism.characteristic_length
     misfits, rows = [], []
@@ -135,9 +147,6 @@ def _misfits(
     base, target = (Transform(each.rotation, each.position) for each in (setup.base, setup.target))
     platform = transforms(space.name, poses)
     seen = base @ platform @ target
-    measured = transforms(
-        space.name, np.where(np.isnan(measurements.poses), 0.5, measurements.poses)
-    )
     off = between(measured, seen)
     arms = np.einsum("nij,j->ni", platform.rotation, target.translation)
     by_tangent = np.zeros((len(poses), 6, 6))

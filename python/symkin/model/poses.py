@@ -198,7 +198,9 @@ def space_named(name: str, coordinates: int) -> PoseSpace:
 def cross_matrices(vectors: Array) -> Array:
     """Matrices of the vector product from the left, shape (N, 3, 3)."""
     vectors = _shaped("vectors", vectors, 3)
-    crossed: Array = np.cross(vectors[:, None, :], np.eye(3)[None], axisa=2, axisb=2, axisc=1)
+    crossed = np.zeros((len(vectors), 3, 3))
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        crossed[:, k, j], crossed[:, j, k] = vectors[:, i], -vectors[:, i]
     return crossed
 
 

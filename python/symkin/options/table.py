@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, Literal
 
 from symkin.options.option import Option
@@ -221,11 +221,13 @@ OPTIONS: Mapping[str, Option] = {each.name: each for each in _ALL}
 
 def flags_of(given: Mapping[str, Any]) -> list[tuple[str, Any]]:
     """Return options as the command line has them: a flag and a value, again for each of many."""
-    return [
-        (OPTIONS[name].flag, each)
-        for name, value in given.items()
-        for each in (value if isinstance(value, tuple | list) else (value,))
-    ]
+    return [(OPTIONS[name].flag, each) for name, value in given.items() for each in _each_of(value)]
+
+
+def _each_of(value: Any) -> Iterable[Any]:
+    if isinstance(value, Mapping) and all(isinstance(each, str | float) for each in value.values()):
+        return [f"{name}={each}" for name, each in value.items()]
+    return value if isinstance(value, tuple | list) else (value,)
 
 
 def checked(**given: object) -> None:

@@ -46,6 +46,7 @@ from symkin.show.wording import (
 )
 from symkin.show.workspace import workspace_section
 
+_OF_THE_DEVICE = ("held-as-exact", "sag-unseen")  # notes of what a simulated one has not
 _TOLD = 5  # of a fleet's doubts, and robots of each
 
 
@@ -166,7 +167,7 @@ def _accuracy_section(result: ProtocolResult) -> Section:
 
 def _notes(found: Estimate) -> list[str]:
     """Notes of an estimate; a simulated device measures as exactly as an estimate takes it to."""
-    return [str(note) for note in found.notes if note.code != "held-as-exact"]
+    return [str(note) for note in found.notes if note.code not in _OF_THE_DEVICE]
 
 
 def _comparison_table(result: ProtocolResult) -> Table:

@@ -21,6 +21,7 @@ from symkin.estimate import Estimate
 from symkin.estimate import fleet as fleet_module
 from symkin.estimate.evidence.edits import in_modes
 from symkin.pipeline import ProtocolResult
+from symkin.present import asked_by
 from symkin.show.wording import milli
 
 COMMANDS = [
@@ -500,7 +501,8 @@ def test_the_results_file_of_identify_is_what_json_prints_and_what_save_writes(
     printed = symkin(*command, "--out", tmp_path, "--json").out
     robot = library.load_mechanism("3RRR")
     found = library.identify(robot, library.read_measurements(measured, robot), loss="cauchy")
-    found.cross_validated(8).save(tmp_path / "saved.json")
+    with asked_by("command"):  # in whose language remedies are told
+        found.cross_validated(8).save(tmp_path / "saved.json")
     for name in ("results.json", "saved.json"):
         assert (tmp_path / name).read_text(encoding="utf-8") == printed
 

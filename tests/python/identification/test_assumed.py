@@ -243,3 +243,19 @@ def test_what_the_device_is_taken_to_know_is_noted_until_it_is_declared(robot, m
     angles = dataclasses.replace(measured, poses=unseen)
     notes = symkin.identify(robot, angles, prior="tolerances").notes
     assert "held-as-exact" not in {note.code for note in notes}
+
+
+def test_which_sag_is_missed_is_told_with_what_it_does_to_the_robot(robot, measured):
+    found = symkin.identify(robot, measured)
+    (note,) = (each for each in found.notes if each.code == "sag-unseen")
+    away = np.sum((measured.poses[:, :2] - measured.poses[:, :2].mean(axis=0)) ** 2, axis=1)
+    poses = np.array(measured.poses)
+    poses[:, 1] -= note.size * away / away.max()
+    sagging = symkin.identify(robot, dataclasses.replace(measured, poses=poses))
+    moved = symkin.evaluate(sagging.mechanism, actual=found.mechanism, poses=measured.poses)
+    expected = found.expected_at_poses.position
+    assert moved.position_rms / expected == pytest.approx(note.figures["times"], rel=0.1)
+    assert moved.position_rms > expected
+    known = symkin.identify(robot, measured, **note.options)
+    assert "sag-unseen" not in {each.code for each in known.notes}
+    assert known.expected_at_poses.position > moved.position_rms

@@ -94,9 +94,26 @@ def test_positions_that_stay_behind_by_a_share_of_the_last_move_are_told(paper, 
     poses = np.array(taken.poses)
     poses[1:, :2] -= 0.01 * np.diff(poses[:, :2], axis=0)
     found = symkin.identify(paper, dataclasses.replace(taken, poses=poses), noise=noise)
-    (told,) = (each for each in found.doubts if each.code == "lags")
+    (told,) = found.doubts
+    assert told.code == "lags"
     assert told.size == pytest.approx(0.01, rel=0.1)
     assert "stay behind by 1.0" in str(told)
+
+
+def test_readings_a_row_late_along_a_smooth_path_are_no_backlash(paper, plan):
+    """Their errors have the sign of the last move there, as those of a leg with play have."""
+    middle, reach = plan.poses.mean(axis=0), plan.poses.std(axis=0)
+    turns = 2 * np.pi * np.outer(np.arange(60) / 60, (2, 3, 5)) + (1, 2, 4)
+    poses, every = middle + 0.5 * reach * np.sin(turns), np.arange(60)
+    readings = paper.inverse_kinematics(poses)
+    path = symkin.Plan(paper, np.full(60, -1), every, every < 0, poses, readings)
+    taken = symkin.simulate(paper, path, 1).measurements.for_all_legs()
+    late = np.array(taken.readings)
+    late[:, 0] = np.roll(late[:, 0], 1)
+    late = dataclasses.replace(taken, readings=late).subset(every[1:])
+    (told,) = symkin.identify(paper, late, noise="estimate").doubts
+    assert told.code == "rows-shifted"
+    assert told.legs == (0,)
 
 
 def test_the_score_is_the_estimate_to_first_order(paper, plan):

@@ -87,6 +87,8 @@ class ChangeTest(Value):
     explains, whole : bool
         Whether noise explains the residuals with terms of its kind, or these at least most of what
         it does not; and whether without them it does not.
+    most : bool
+        Whether it does, since it was estimated, and terms of its kind explain most of that noise.
     """
 
     what: str
@@ -102,6 +104,7 @@ class ChangeTest(Value):
     seen: float
     explains: bool = field(private=True)
     whole: bool = field(private=True)
+    most: bool = field(private=True)
 
     @property
     def alarms(self) -> bool:
@@ -132,6 +135,7 @@ class Rows:
 
     residual: Array  # n x r, less what the unknowns explain
     basis: Array  # n x r x k, orthonormal, of what they explain
+    by_basis: Array  # k x unknowns: how these move with it
     by_leg: Array  # n x r x legs: of readings that show 1 more
     by_growth: Array  # n x r
     by_base: Array  # n x r x components
@@ -144,6 +148,10 @@ class Rows:
         """What the unknowns leave of a column, n x r."""
         explained = np.einsum("nrk,nr->k", self.basis, column)
         return np.asarray(column - self.basis @ explained)
+
+    def moved(self, column: Array) -> Array:
+        """By how much the unknowns are off if so much of a column, n x r, was taken for noise."""
+        return np.asarray(-np.einsum("nrk,nr->k", self.basis, column) @ self.by_basis)
 
 
 def change_tests(found: Found, apart: Sequence[int] = ()) -> tuple[ChangeTest, ...]:
@@ -188,6 +196,7 @@ def change_tests(found: Found, apart: Sequence[int] = ()) -> tuple[ChangeTest, .
                 and (term.what != "lag" or drop == most),
                 # By half a move is no first order: readings may stand in other rows.
                 whole=left_over and not before and (term.what != "lag" or abs(size) < _SMALL_LAG),
+                most=left_over and before and 2 * drop > square,
             )
         )
     return tuple(tests)
@@ -390,7 +399,7 @@ def rows_of_changes(found: Found, apart: Sequence[int]) -> Rows | None:
     spare = int(used.sum()) + int(np.linalg.matrix_rank(priors)) - int(shown.sum())
     components = tuple(names[i].partition(".")[2] for i in places_of_base)
     by_leg = by[..., :legs]
-    return Rows(residual, basis, by_leg, growth, bases, components, order, spare, used)
+    return Rows(residual, basis, half, by_leg, growth, bases, components, order, spare, used)
 
 
 def _gradient(rows: Array, residual: Array) -> Array:
@@ -450,6 +459,7 @@ def doubts_of_changes(tests: Sequence[ChangeTest]) -> Iterator[Doubt]:
         else f"{component} of where the robot stands to the measuring device",
         "amount": _amount(worst),
         "whole": worst.whole,
+        "most": worst.most,
         "evidence": f" ({abs(worst.statistic):.1f} standard deviations, p {worst.p_value:.1g})",
     }
     rows = (worst.row,) if worst.what == "step" else ()

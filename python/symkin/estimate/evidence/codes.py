@@ -340,6 +340,12 @@ NOTES: Mapping[str, Code] = {
         "{names} {be} held and taken as exact",
         "declare how far off {it} may be: assume, in the file [assumed]",
     ),
+    "sag-unseen": Code(
+        "a sag of {size:.2g} m at the outermost pose is missed in 1 of 10 robots, a smaller one "
+        "more often; it would move the end effector by {times:.2g} times the error to expect at "
+        "these poses",
+        "if the robot may sag so much, identify with {options}",
+    ),
     "noise-estimated": Code(
         "The noise was estimated from the same observations, so that chi-square says nothing of "
         "the model."

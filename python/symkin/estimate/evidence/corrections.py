@@ -52,6 +52,7 @@ _LOOKS = ((2, 5, 4, 24), (12, 12, 6, 8))
 _TESTS = 10  # of the first at least, by what is observed besides the coordinates of its poses
 _HOPELESS = 1000.0  # times what another leaves that may well explain the data
 _NAMED = 4
+_GREAT = 100.0  # per degree: of two mistakes of the table at least one leaves more
 _HUGE = 1000.0  # times better suffices even if something else is wrong besides
 
 
@@ -232,7 +233,7 @@ def hypotheses_of(
     # Too many to be named may each explain the data, and a second mistake is none then.
     if any(each.explained and each.per_degree > _TOO_GOOD for each in alone):
         return alone
-    if screen and screen.agrees(stated):
+    if before < _GREAT or (screen and screen.agrees(stated)):
         return alone
     # Of so many some are much less bad than a great mistake; what they leave has to be little.
     parts = {each.what for each in proposed}

@@ -90,6 +90,8 @@ _OF_RESIDUALS = (_SHAPES - CHANGES - SESSIONS) | {
     "few-far-off",
     "readings-coarse",
 }
+# How far parameters are from the drawing, which any of these makes of a sound robot's.
+_OF_PARAMETERS = {"moved-together", "parameters-far", "far-from-drawing"}
 
 
 class Noticed(NamedTuple):
@@ -235,6 +237,14 @@ def _all_is_far_off(found: Found) -> bool:
     return any(np.median(np.abs(leg.standardised)) > _GROSS for leg in found.legs)
 
 
+def _beside(changed: Doubt, symptoms: Sequence[Doubt]) -> list[Doubt]:
+    """What is told with a change that was found, but for what it does to the estimate."""
+    if changed.code in _FAR:  # and then all else says nothing
+        return [each for each in symptoms if each.code in _FAR]
+    follows = _OF_RESIDUALS | _OF_PARAMETERS
+    return [each for each in symptoms if each.code not in follows]
+
+
 def judged(estimate: Found, what: Noticed) -> Evidence:
     """Look for a cause of what was noticed; what it does to the estimate is not told beside it."""
     try:
@@ -254,11 +264,8 @@ def _judged(estimate: Found, what: Noticed) -> Evidence:
     redrawn: Mechanism | None = None
     budget = Budget()
     changed = whole_change(what.symptoms)
-    if changed is not None:  # what it does to the residuals is not told beside it
-        others = [each for each in what.symptoms if each.code not in _OF_RESIDUALS]
-        if changed.code in _FAR:  # and then all else says nothing
-            others = [each for each in others if each.code in _FAR]
-        return Evidence((*others, *what.lasting), tried, complete=True)
+    if changed is not None:
+        return Evidence((*_beside(changed, what.symptoms), *what.lasting), tried, complete=True)
     if what.symptoms or not found.converged:
         cause, rest = gross_errors(found) if found.legs else (None, found.measurements)
         shaped = any(each.code in _SHAPES for each in what.symptoms)
@@ -278,6 +285,9 @@ def _judged(estimate: Found, what: Noticed) -> Evidence:
             }
             if cause is not None and unlike == {*cause.rows}:  # which tells how far each is off
                 cause = None
+    most = next((each for each in what.symptoms if each.figures.get("most") is True), None)
+    if cause is None and most is not None:
+        doubts = (*what.lasting, *_beside(most, what.symptoms))
     told = doubts if cause is None else (cause, *what.lasting)
     if cause is None or not cause.explains:
         corrected = redrawn = None
