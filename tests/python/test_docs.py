@@ -196,7 +196,11 @@ def test_a_command_of_the_documentation_exists_with_its_options(command):
     name, *arguments = shlex.split(command)[1:]
     known = typer.main.get_command(app).commands
     assert name in known
-    options = {option for parameter in known[name].params for option in parameter.opts}
+    options = {
+        option
+        for parameter in known[name].params
+        for option in (*parameter.opts, *parameter.secondary_opts)
+    }
     used = {argument for argument in arguments if argument.startswith("--")} - {"--help"}
     assert used <= options
 

@@ -289,7 +289,8 @@ class Session:
         """Do what is to be done of the last verdict without asking anybody, and return that.
 
         A doubtful row is measured again. If the repeat fits, the row was wrong and is dropped; if
-        not, both are kept, and what has slipped is looked for. A slip becomes a step.
+        not, both are kept, and what has slipped is looked for, from that row on if these would have
+        been the last. A slip becomes a step.
         """
         verdict = self.verdict
         if verdict is None or verdict.fine:
@@ -303,6 +304,8 @@ class Session:
             assert verdict.doubtful is not None
             self.keep(verdict.doubtful)
             self.keep(verdict.row)
+            if self.progress.reached:  # no row would come that could show what has slipped
+                self.slip(verdict.doubtful)
         else:
             self.repeat(verdict.doubtful)
         return verdict

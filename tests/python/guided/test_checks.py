@@ -70,6 +70,16 @@ def test_a_slip_becomes_a_step_before_which_rows_still_count(robot):
     assert steps[1].value == pytest.approx(slip, rel=0.4)
 
 
+def test_a_session_does_not_end_while_a_repeat_says_that_something_has_slipped(robot):
+    slip = 7 * robot.noise.orientation
+    spoil = lambda n, row: row | {"psi_2_rad": row["psi_2_rad"] + slip * (n >= 16)}  # noqa: E731
+    session, verdicts = run(robot, spoil)
+    assert [v.decided for v in verdicts if v.decided] == ["robot"]
+    assert len(verdicts) > 20  # 16 would do for a robot that stays as it is
+    assert session.progress.reached
+    assert sum(".step" in each.name for each in session.estimate.unknowns) == 3
+
+
 def test_a_drawing_with_too_small_tolerances_is_told_before_rows_are_blamed(robot):
     wider = Tolerances(**{name: 3 * value for name, value in vars(robot.tolerances).items()})
     made = disturb(robot.replace(tolerances=wider), 3)
