@@ -133,8 +133,8 @@ void require_all(const LinearFit& shown) {
   }
 }
 
-// Of each row of a pose or a block: what of its multiplier's variance the estimate explains, for
-// estimates of this covariance of the columns.
+// Of each row of a pose: what of its multiplier's variance estimates of this covariance of the
+// columns explain.
 Vector explained_by(const LinearPose& pose, const RowMatrix& covariance) {
   const RowMatrix& e = pose.elimination.conditions;
   if (e.cols() > covariance.cols()) {
@@ -161,26 +161,28 @@ Vector explained_by(const LinearPose& pose, const RowMatrix& covariance) {
   return product(e, explained).cwiseProduct(e).rowwise().sum();
 }
 
-// Statistics of the rows of one pose, or of a block, for estimates of this covariance of the
-// columns.
-void add_rows(const LinearPose& pose, const RowMatrix& covariance, std::vector<RowFit>& rows) {
-  constexpr double kSilent = 1e-9;  // of the row's own variance
+RowShares shares_of(const LinearPose& pose, const RowMatrix& covariance) {
   const RowMatrix& e = pose.elimination.conditions;
-  const Vector explained = explained_by(pose, covariance);
+  return {e * pose.conditions, e.rowwise().squaredNorm(), explained_by(pose, covariance)};
+}
+
+// Statistics of the rows of one pose, or of a piece of a block.
+void add_rows(const LinearPose& pose, const RowShares& shares, std::vector<RowFit>& rows) {
+  constexpr double kSilent = 1e-9;  // of the row's own variance
   for (Index k = 0; k < pose.variances.size(); ++k) {
     const RowOrigin& origin = pose.origins[static_cast<std::size_t>(k)];
     if (origin.kind == RowOrigin::Kind::closure && origin.by_error == 0) {
       continue;  // of a leg's bond, which is not observed
     }
-    const double multiplier = e.row(k).dot(pose.conditions);
-    const double all = e.row(k).squaredNorm();
-    const double variance = all - explained[k];
+    const double multiplier = shares.multipliers[k];
+    const double all = shares.variances[k];
+    const double variance = all - shares.explained[k];
     const bool reading = origin.kind == RowOrigin::Kind::closure;
     const double unit = reading && origin.by_error != 0 ? origin.by_error : 1;
     RowFit row{origin.pose,  static_cast<int>(origin.kind),
                origin.index, -pose.variances[k] * multiplier / unit,
                kMissing,     kMissing};
-    if (e.cols() > 0 && variance > kSilent * all) {
+    if (variance > kSilent * all) {
       row.t = -multiplier / std::sqrt(variance) * (unit < 0 ? -1 : 1);
       row.blunder = multiplier / variance / unit;
     }
@@ -248,8 +250,17 @@ void describe(const LatentProblem& problem, const Layout& layout, const Vector& 
   fit.chi_square_prior = problem.prior_squares();
   determine(problem, layout, tolerances, scale, losses, fit);
   for (Index pose = 0; rows && pose < fit.poses.rows(); ++pose) {
-    if (!problem.aside()[static_cast<std::size_t>(pose)]) {
-      add_rows(problem.as_eliminated(pose), fit.model_covariance, fit.rows);
+    if (problem.aside()[static_cast<std::size_t>(pose)]) {
+      continue;
+    }
+    if (const LinearBlock* block = problem.block(pose)) {
+      const std::vector<RowShares> shares = block->shares(fit.model_covariance);
+      for (std::size_t k = 0; k < shares.size(); ++k) {
+        add_rows(block->pieces()[k].rows, shares[k], fit.rows);
+      }
+    } else if (problem.alone(pose)) {
+      const LinearPose linear = problem.as_eliminated(pose);
+      add_rows(linear, shares_of(linear, fit.model_covariance), fit.rows);
     }
   }
 }

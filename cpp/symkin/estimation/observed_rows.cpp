@@ -78,7 +78,7 @@ class Linearised {
     }
     for (Index i = 0; i < count; ++i) {
       if (!aside[static_cast<std::size_t>(i)]) {
-        LinearPose pose = problem.linear(i);
+        LatentProblem::Left pose = problem.left(i);
         jacobians_[static_cast<std::size_t>(first + i)] = std::move(pose.jacobian);
         residuals_[static_cast<std::size_t>(first + i)] = std::move(pose.conditions);
       }

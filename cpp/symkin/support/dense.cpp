@@ -339,6 +339,42 @@ PseudoInverse pseudo_inverse(const RowMatrix& matrix, double threshold) {
   return {qr.colsPermutation() * solved, q.rightCols(m - rank)};
 }
 
+Reflections::Reflections(const RowMatrix& matrix, double threshold) {
+  if (matrix.size() == 0) {  // see above
+    return;
+  }
+  Eigen::ColPivHouseholderQR<MatrixXd> qr;
+  qr.setThreshold(threshold);
+  qr.compute(matrix);
+  rank_ = qr.rank();
+  vectors_ = qr.matrixQR();
+  factors_ = qr.hCoeffs();
+}
+
+void Reflections::apply(RowMatrix& matrix) const {
+  for (Index k = factors_.size(); k-- > 0;) {
+    reflect(k, matrix);
+  }
+}
+
+void Reflections::apply_transpose(RowMatrix& matrix) const {
+  for (Index k = 0; k < factors_.size(); ++k) {
+    reflect(k, matrix);
+  }
+}
+
+// Less `factor` v (v' matrix) of v = (1, what is below the diagonal).
+void Reflections::reflect(Index k, RowMatrix& matrix) const {
+  const Index below = vectors_.rows() - k - 1;
+  const auto v = vectors_.col(k).tail(below);
+  auto rest = matrix.bottomRows(below);
+  Eigen::RowVectorXd along = matrix.row(k);
+  along.noalias() += v.transpose() * rest;
+  along *= factors_[k];
+  matrix.row(k) -= along;
+  rest.noalias() -= v * along;
+}
+
 Vector least_squares(const RowMatrix& matrix, const Vector& right, double threshold) {
   return pseudo_inverse(matrix, threshold).matrix * right;
 }

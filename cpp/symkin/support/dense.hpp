@@ -96,6 +96,26 @@ struct PseudoInverse {
 };
 PseudoInverse pseudo_inverse(const RowMatrix& matrix, double threshold);
 
+// The orthogonal Q of A P = Q R, by QR with column pivoting, kept as reflections, one a column: of
+// many rows and few columns they cost no square of the rows. Pivots above `threshold` times the
+// largest count: of Q' A the rows behind as many are zero.
+class Reflections {
+ public:
+  Reflections() = default;
+  Reflections(const RowMatrix& matrix, double threshold);
+
+  Index rank() const { return rank_; }
+  void apply(RowMatrix& matrix) const;            // Q times it
+  void apply_transpose(RowMatrix& matrix) const;  // Q' times it
+
+ private:
+  void reflect(Index k, RowMatrix& matrix) const;
+
+  Eigen::MatrixXd vectors_;  // below the diagonal, of ones
+  Vector factors_;
+  Index rank_ = 0;
+};
+
 // The shortest x of those with the least |A x - b|, ranks as above.
 Vector least_squares(const RowMatrix& matrix, const Vector& right, double threshold);
 

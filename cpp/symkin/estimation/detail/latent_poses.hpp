@@ -20,6 +20,17 @@ struct LinearPose {
   RowMatrix jacobian;  // J
 
   Index count() const { return conditions.size(); }
+  void eliminate(Index pose) {
+    elimination = eliminate_pose(by_pose, variances, pose);
+    conditions = elimination.conditions.transpose() * misfit;
+    jacobian = product(elimination.conditions.transpose(), by_unknowns);
+  }
+};
+
+// Of the rows of a pose their multipliers, these multipliers' variances, and what of those
+// estimates explain.
+struct RowShares {
+  Vector multipliers, variances, explained;
 };
 
 // The rows of all latent poses, linearised and eliminated a pose a lane. Where that loses digits,

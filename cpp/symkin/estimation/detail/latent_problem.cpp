@@ -34,7 +34,7 @@ LatentProblem::LatentProblem(const Mechanism& mechanism, const Observations& obs
       blocks_(observations, aside_),
       constraints_(0, layout.columns()),
       turns_(turns_of(mechanism.pose_space(), setup, layout_)),
-      now_{LatentPoses(mechanism, observations, layout_, setup), {}, {}, {}, {}, {}, 0, {}},
+      now_{LatentPoses(mechanism, observations, layout_, setup), {}, {}, {}, {}, {}, {}, 0, {}},
       length_(longest_length(mechanism, setup)),
       sizes_(Vector::Zero(layout.columns())) {
   const Vector sizes = natural_sizes(mechanism, setup);
@@ -156,10 +156,7 @@ bool LatentProblem::starts_near() const {
 }
 
 LinearPose LatentProblem::general(Index pose) const {
-  LinearPose linear = blocks_.alone(pose)
-                          ? now_.rows.rows(pose)
-                          : block_rows(mechanism_, observations_, layout_, state_.setup,
-                                       state_.poses, now_.rows, blocks_.of(pose));
+  LinearPose linear = now_.rows.rows(pose);
   // A trial step may lead where there is nothing to eliminate, as to a target turned by half a
   // turn.
   if (!linear.misfit.allFinite() || !linear.by_pose.allFinite()) {
@@ -167,24 +164,30 @@ LinearPose LatentProblem::general(Index pose) const {
     linear.jacobian = RowMatrix::Zero(1, layout_.columns());
     return linear;
   }
-  linear.elimination = blocks_.alone(pose)
-                           ? eliminate_pose(linear.by_pose, linear.variances, pose)
-                           : eliminate_poses(linear.by_pose, linear.variances, mechanism_.dof(),
-                                             blocks_.hubs(pose), pose);
-  const RowMatrix& g = linear.elimination.conditions;
-  linear.conditions = g.transpose() * linear.misfit;
-  linear.jacobian = product(g.transpose(), linear.by_unknowns);
+  linear.eliminate(pose);
   return linear;
 }
 
 LinearPose LatentProblem::linear(Index pose) const {
   const auto at = static_cast<std::size_t>(pose);
-  if (aside_[at] || blocks_.first(pose) != pose) {
+  if (aside_[at]) {
     LinearPose none;
     none.jacobian.resize(0, layout_.columns());
     return none;
   }
   return now_.general[at] ? now_.poses[at] : general(pose);
+}
+
+LatentProblem::Left LatentProblem::left(Index pose) const {
+  const auto at = static_cast<std::size_t>(pose);
+  if (aside_[at] || blocks_.first(pose) != pose) {
+    return {Vector(0), RowMatrix(0, layout_.columns())};
+  }
+  if (const LinearBlock* of = block(pose)) {
+    return {of->conditions(), of->jacobian()};
+  }
+  LinearPose alone = linear(pose);
+  return {std::move(alone.conditions), std::move(alone.jacobian)};
 }
 
 WhitenedSystem LatentProblem::system() const {
@@ -195,10 +198,11 @@ WhitenedSystem LatentProblem::system() const {
   system.residual.setZero(system.jacobian.rows());
   for (std::size_t k = 0; k < now_.counts.size(); ++k) {
     if (now_.counts[k] > 0) {
-      const LinearPose pose = linear(static_cast<Index>(k));
-      system.jacobian.middleRows(system.rows(), pose.count()) = pose.jacobian;
-      system.residual.segment(system.rows(), pose.count()) = pose.conditions;
-      system.first.push_back(system.rows() + pose.count());
+      const Left pose = left(static_cast<Index>(k));
+      const Index count = pose.conditions.size();
+      system.jacobian.middleRows(system.rows(), count) = pose.jacobian;
+      system.residual.segment(system.rows(), count) = pose.conditions;
+      system.first.push_back(system.rows() + count);
     }
   }
   system.jacobian.middleRows(conditions, priors.rows()) = by_steps(priors);
@@ -215,6 +219,7 @@ bool LatentProblem::linearise(NormalEquations& equations) {
   now_.rows.eliminate(state_.setup, state_.poses, state_.errors, aside_);
   equations.reset(columns);
   now_.general.assign(count, false);
+  now_.blocks.clear();
   now_.counts.assign(count, 0);
   now_.chi_squares.setZero(n);
   now_.weights.setOnes(n);
@@ -224,7 +229,15 @@ bool LatentProblem::linearise(NormalEquations& equations) {
     if (aside_[at] || blocks_.first(i) != i) {
       continue;
     }
-    if (blocks_.alone(i) && now_.rows.eliminated(i)) {
+    if (!blocks_.alone(i)) {
+      const LinearBlock& of =
+          now_.blocks
+              .emplace(i, block_rows(mechanism_, observations_, layout_, state_.setup, state_.poses,
+                                     now_.rows, blocks_.of(i)))
+              .first->second;
+      now_.counts[at] = of.conditions().size();
+      now_.chi_squares[i] = of.conditions().squaredNorm();
+    } else if (now_.rows.eliminated(i)) {
       now_.counts[at] = now_.rows.count(i);
       now_.chi_squares[i] = now_.rows.chi_square(i);
       in_lanes[i] = 1;
@@ -247,11 +260,12 @@ bool LatentProblem::linearise(NormalEquations& equations) {
       in_lanes[i] *= value.weight;
     }
     equations.cost += cost;
-    if (now_.general[at]) {
-      const LinearPose& linear = now_.poses[at];
-      equations.information +=
-          now_.weights[i] * product(linear.jacobian.transpose(), linear.jacobian);
-      equations.gradient += now_.weights[i] * (linear.jacobian.transpose() * linear.conditions);
+    const LinearBlock* const of = block(i);
+    if (of != nullptr || now_.general[at]) {
+      const RowMatrix& jacobian = of != nullptr ? of->jacobian() : now_.poses[at].jacobian;
+      const Vector& conditions = of != nullptr ? of->conditions() : now_.poses[at].conditions;
+      equations.information += now_.weights[i] * product(jacobian.transpose(), jacobian);
+      equations.gradient += now_.weights[i] * (jacobian.transpose() * conditions);
     }
   }
   now_.rows.add_to(equations, in_lanes);
@@ -287,47 +301,58 @@ double LatentProblem::extent_of_pose(const Vector& move) const {
   return largest;
 }
 
+void LatentProblem::move_latent(Index pose, Vector tangent) {
+  constexpr double kLargest = 0.3;
+  const double size = extent_of_pose(tangent);
+  if (size > kLargest) {
+    tangent *= kLargest / size;
+  }
+  // A pose that says nothing of the parameters may wander about a double root.
+  if (now_.counts[static_cast<std::size_t>(blocks_.first(pose))] > 0) {
+    largest_move_ = std::max(largest_move_, size);
+  }
+  move_pose(mechanism_.pose_space(), tangent.data(), state_.poses.row(pose).data());
+}
+
+void LatentProblem::take_errors(const std::vector<RowOrigin>& origins, const Vector& errors) {
+  for (std::size_t row = 0; row < origins.size(); ++row) {
+    const RowOrigin& origin = origins[row];
+    if (origin.kind == RowOrigin::Kind::closure && origin.by_error != 0) {
+      state_.errors(origin.pose, origin.index) = errors[static_cast<Index>(row)] / origin.by_error;
+    }
+  }
+}
+
 void LatentProblem::step(const Vector& d) {
-  constexpr double kLargest = 0.3;  // of a pose
   saved_ = state_;
   last_move_ = largest_move_;
   largest_move_ = 0;
   now_.rows.move(d, tangents_, errors_);
-  Vector tangent(mechanism_.dof());
+  const Index dof = mechanism_.dof();
   for (Index i = 0; i < observations_.count(); ++i) {
     const auto at = static_cast<std::size_t>(i);
     if (aside_[at] || blocks_.first(i) != i) {
       continue;
     }
-    if (now_.general[at]) {
+    if (const LinearBlock* of = block(i)) {
+      const std::vector<LinearBlock::Move> moves = of->moves(d);
+      for (std::size_t k = 0; k < moves.size(); ++k) {
+        const LinearPiece& piece = of->pieces()[k];
+        take_errors(piece.rows.origins, moves[k].errors);
+        for (std::size_t j = 0; j < piece.poses.size(); ++j) {
+          move_latent(piece.poses[j], moves[k].tangents.segment(static_cast<Index>(j) * dof, dof));
+        }
+      }
+    } else if (now_.general[at]) {
       const LinearPose& linear = now_.poses[at];
       const Vector errors = -linear.variances.cwiseProduct(
           linear.elimination.conditions * (linear.conditions + linear.jacobian * d));
-      tangent = linear.elimination.solution * -(linear.misfit + linear.by_unknowns * d + errors);
-      for (std::size_t row = 0; row < linear.origins.size(); ++row) {
-        const RowOrigin& origin = linear.origins[row];
-        if (origin.kind == RowOrigin::Kind::closure && origin.by_error != 0) {
-          state_.errors(origin.pose, origin.index) =
-              errors[static_cast<Index>(row)] / origin.by_error;
-        }
-      }
+      take_errors(linear.origins, errors);
+      move_latent(i,
+                  linear.elimination.solution * -(linear.misfit + linear.by_unknowns * d + errors));
     } else {
-      tangent = tangents_.row(i);
       state_.errors.row(i) = errors_.row(i);
-    }
-    const Index dof = mechanism_.dof();
-    for (Index k = 0; k < tangent.size() / dof; ++k) {
-      const Index pose = tangent.size() == dof ? i : blocks_.of(i)[static_cast<std::size_t>(k)];
-      Vector own = tangent.segment(k * dof, dof);
-      const double size = extent_of_pose(own);
-      if (size > kLargest) {
-        own *= kLargest / size;
-      }
-      // A pose that says nothing of the parameters may wander about a double root.
-      if (now_.counts[at] > 0) {
-        largest_move_ = std::max(largest_move_, size);
-      }
-      move_pose(mechanism_.pose_space(), own.data(), state_.poses.row(pose).data());
+      move_latent(i, tangents_.row(i));
     }
   }
   state_.setup = moved(state_.setup, layout_, d);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <limits>
+#include <map>
 #include <vector>
 
 #include "symkin/estimation/detail/latent_poses.hpp"
@@ -62,16 +63,27 @@ class LatentProblem {
   double prior_squares() const { return now_.prior_squares; }
   // All conditions, a block a pose that has any, and behind them finite priors and the constraints.
   WhitenedSystem system() const;
-  // Its linearised rows, of the first of a block those of all; empty where it was set aside or
-  // another stands for it.
+  // What is left of its rows, of the first of a block of those of all; empty where it was set aside
+  // or another stands for it.
+  struct Left {
+    Vector conditions;   // rho
+    RowMatrix jacobian;  // J
+  };
+  Left left(Index pose) const;
+  // The block that it is the first of; none where it is alone.
+  const LinearBlock* block(Index pose) const {
+    const auto found = now_.blocks.find(pose);
+    return found == now_.blocks.end() ? nullptr : &found->second;
+  }
+  // Of one that is alone its linearised rows; empty where it was set aside.
   LinearPose linear(Index pose) const;
   // The same with the conditions as they were eliminated: of a row that was not taken there may be
   // one that says nothing.
   LinearPose as_eliminated(Index pose) const {
     const auto at = static_cast<std::size_t>(pose);
-    const bool own = !aside_[at] && !now_.general[at] && blocks_.alone(pose);
-    return own ? now_.rows.conditions(pose) : linear(pose);
+    return now_.general[at] ? now_.poses[at] : now_.rows.conditions(pose);
   }
+  bool alone(Index pose) const { return blocks_.alone(pose); }
 
  private:
   // Of the robot's longest length, or of a radian.
@@ -104,6 +116,8 @@ class LatentProblem {
 
   double extent_of_pose(const Vector& move) const;
   LinearPose general(Index pose) const;
+  void move_latent(Index pose, Vector tangent);
+  void take_errors(const std::vector<RowOrigin>& origins, const Vector& errors);
 
   struct State {
     Setup setup;
@@ -115,8 +129,9 @@ class LatentProblem {
   // What a linearisation leaves behind.
   struct Linearisation {
     LatentPoses rows;
-    std::vector<bool> general;      // poses that were not eliminated with the others
-    std::vector<LinearPose> poses;  // of which these are, empty where there are none
+    std::vector<bool> general;            // poses that were not eliminated with the others
+    std::vector<LinearPose> poses;        // of which these are, empty where there are none
+    std::map<Index, LinearBlock> blocks;  // by the first of its poses
     std::vector<Index> counts;
     Vector chi_squares, weights;
     double prior_squares = 0;

@@ -31,13 +31,14 @@ class BetweenPoses {
         moves_(observations.base_covariates.cols() > 0) {}
 
   // Rows of what was measured between a pose and its k-th partner.
-  void add(Index pose, Index k, const std::vector<Index>& block, LinearPose& to) {
+  void add(Index pose, Index k, const std::vector<Index>& hubs, LinearPiece& to) {
     using factors::operator-;
     ends_[0] = static_cast<Index>(observations_.partners(pose, k));
     ends_[1] = pose;
     for (int end = 0; end < 2; ++end) {
-      places_[at(end)] =
-          std::lower_bound(block.begin(), block.end(), ends_[at(end)]) - block.begin();
+      own_[at(end)] = std::binary_search(to.poses.begin(), to.poses.end(), ends_[at(end)]);
+      const std::vector<Index>& of = own_[at(end)] ? to.poses : hubs;
+      places_[at(end)] = std::lower_bound(of.begin(), of.end(), ends_[at(end)]) - of.begin();
       stand(end);
     }
     const auto measured = [&](const Observed& observed, Index column) {
@@ -96,7 +97,8 @@ class BetweenPoses {
   }
 
   void add_row(RowOrigin::Kind kind, const Observed& observed, Index column, const Value& value,
-               LinearPose& to) {
+               LinearPiece& piece) {
+    LinearPose& to = piece.rows;
     const Index row = static_cast<Index>(to.origins.size());
     to.origins.push_back({kind, column, 0, ends_[1]});
     to.misfit[row] = value.a - observed.values(ends_[1], column);
@@ -105,8 +107,9 @@ class BetweenPoses {
     const auto& slots = pose_slots(mechanism_.pose_space());
     const auto dof = static_cast<Index>(slots.size());
     for (int end = 0; end < 2; ++end) {
+      RowMatrix& by_end = own_[at(end)] ? to.by_pose : piece.by_hubs;
       for (Index i = 0; i < dof; ++i) {
-        to.by_pose(row, places_[at(end)] * dof + i) = value.v[kPoses + 6 * end + slots[at(i)]];
+        by_end(row, places_[at(end)] * dof + i) = value.v[kPoses + 6 * end + slots[at(i)]];
       }
       add_base(end, value, to.by_unknowns.row(row));
     }
@@ -162,82 +165,31 @@ class BetweenPoses {
   UnknownList list_;
   bool moves_;
   std::array<Index, 2> ends_{}, places_{};
+  std::array<bool, 2> own_{};  // whether an end is of the piece itself, and no hub
   std::array<Place, 2> targets_{}, seen_{};
 };
 
-}  // namespace
-
-PoseBlocks::PoseBlocks(const Observations& observations, const std::vector<bool>& aside) {
-  const RowMatrix& partners = observations.partners;
-  if (partners.cols() == 0) {
-    return;
-  }
-  first_.resize(aside.size());
-  std::iota(first_.begin(), first_.end(), Index{0});
-  pairs_.assign(aside.size(), 0);
-  const auto root = [&](Index pose) {
-    while (first_[at(pose)] != pose) {
-      pose = first_[at(pose)] = first_[at(first_[at(pose)])];
-    }
-    return pose;
-  };
-  for (Index pose = 0; pose < partners.rows(); ++pose) {
-    for (Index k = 0; k < partners.cols(); ++k) {
-      const auto other = static_cast<Index>(partners(pose, k));
-      if (observations.couples(pose, k) && !aside[at(pose)] && !aside[at(other)]) {
-        ++pairs_[at(pose)];
-        ++pairs_[at(other)];
-        const Index roots[] = {root(pose), root(other)};
-        first_[at(std::max(roots[0], roots[1]))] = std::min(roots[0], roots[1]);
-      }
-    }
-  }
-  blocks_.resize(aside.size());
-  for (Index pose = 0; pose < partners.rows(); ++pose) {
-    first_[at(pose)] = root(pose);
-    blocks_[at(first_[at(pose)])].push_back(pose);
-  }
-}
-
-std::vector<Index> PoseBlocks::hubs(Index first) const {
-  constexpr Index kMany = 5;  // pairs
-  std::vector<Index> places;
-  const std::vector<Index>& block = of(first);
-  for (std::size_t i = 0; i < block.size(); ++i) {
-    if (pairs_[at(block[i])] >= kMany) {
-      places.push_back(static_cast<Index>(i));
-    }
-  }
-  return places;
-}
-
-LinearPose block_rows(const Mechanism& mechanism, const Observations& observations,
-                      const Layout& layout, const Setup& setup, const RowMatrix& poses,
-                      const LatentPoses& rows, const std::vector<Index>& block) {
+// The rows of a piece, those between poses last.
+LinearPiece piece_rows(const Mechanism& mechanism, const Layout& layout,
+                       const PoseBlocks::Piece& piece, const std::vector<Index>& hubs,
+                       const LatentPoses& rows, BetweenPoses& between) {
   const Index dof = mechanism.dof();
-  const auto size = static_cast<Index>(block.size());
+  const auto size = static_cast<Index>(piece.poses.size());
   std::vector<LinearPose> own;
   Index count = 0;
-  for (const Index pose : block) {
+  for (const Index pose : piece.poses) {
     own.push_back(rows.rows(pose));
     count += own.back().misfit.size();
   }
-  const RowMatrix& partners = observations.partners;
-  std::vector<std::pair<Index, Index>> pairs;
-  for (const Index pose : block) {
-    for (Index k = 0; k < partners.cols(); ++k) {
-      if (observations.couples(pose, k) &&
-          std::binary_search(block.begin(), block.end(), static_cast<Index>(partners(pose, k)))) {
-        pairs.emplace_back(pose, k);
-      }
-    }
-  }
-  const auto most = static_cast<Index>(pairs.size()) * (2 + position_size(mechanism.pose_space()));
-  LinearPose all;
+  const auto most =
+      static_cast<Index>(piece.pairs.size()) * (2 + position_size(mechanism.pose_space()));
+  LinearPiece of{piece.poses, {}, {}};
+  LinearPose& all = of.rows;
   all.misfit.setZero(count + most);
   all.variances.setZero(count + most);
   all.by_pose.setZero(count + most, size * dof);
   all.by_unknowns.setZero(count + most, layout.columns());
+  of.by_hubs.setZero(count + most, static_cast<Index>(hubs.size()) * dof);
   for (Index i = 0; i < size; ++i) {
     const LinearPose& one = own[static_cast<std::size_t>(i)];
     const auto first = static_cast<Index>(all.origins.size());
@@ -248,16 +200,121 @@ LinearPose block_rows(const Mechanism& mechanism, const Observations& observatio
     all.by_unknowns.middleRows(first, m) = one.by_unknowns;
     all.origins.insert(all.origins.end(), one.origins.begin(), one.origins.end());
   }
-  BetweenPoses between(mechanism, observations, layout, setup, poses);
-  for (const auto& [pose, k] : pairs) {
-    between.add(pose, k, block, all);
+  for (const auto& [pose, k] : piece.pairs) {
+    between.add(pose, k, hubs, of);
   }
   const auto taken = static_cast<Index>(all.origins.size());
   all.misfit.conservativeResize(taken);
   all.variances.conservativeResize(taken);
   all.by_pose.conservativeResize(taken, Eigen::NoChange);
   all.by_unknowns.conservativeResize(taken, Eigen::NoChange);
-  return all;
+  of.by_hubs.conservativeResize(taken, Eigen::NoChange);
+  return of;
+}
+
+// Sets of poses that join each other.
+class Sets {
+ public:
+  explicit Sets(std::size_t count) : root_(count) {
+    std::iota(root_.begin(), root_.end(), Index{0});
+  }
+  Index first(Index pose) {
+    while (root_[at(pose)] != pose) {
+      pose = root_[at(pose)] = root_[at(root_[at(pose)])];
+    }
+    return pose;
+  }
+  void join(Index one, Index other) {
+    const Index roots[] = {first(one), first(other)};
+    root_[at(std::max(roots[0], roots[1]))] = std::min(roots[0], roots[1]);
+  }
+
+ private:
+  static std::size_t at(Index i) { return static_cast<std::size_t>(i); }
+  std::vector<Index> root_;
+};
+
+}  // namespace
+
+PoseBlocks::PoseBlocks(const Observations& observations, const std::vector<bool>& aside) {
+  constexpr Index kMany = 5;  // pairs of a hub
+  const RowMatrix& partners = observations.partners;
+  if (partners.cols() == 0) {
+    return;
+  }
+  const auto count = static_cast<Index>(aside.size());
+  std::vector<Pair> pairs;
+  std::vector<Index> of_pose(aside.size(), 0);  // pairs that it is in
+  Sets together(aside.size()), apart(aside.size());
+  const auto other = [&](const Pair& pair) {
+    return static_cast<Index>(partners(pair.first, pair.second));
+  };
+  for (Index pose = 0; pose < count; ++pose) {
+    for (Index k = 0; k < partners.cols(); ++k) {
+      const Pair pair{pose, k};
+      if (observations.couples(pose, k) && !aside[at(pose)] && !aside[at(other(pair))]) {
+        pairs.push_back(pair);
+        ++of_pose[at(pose)];
+        ++of_pose[at(other(pair))];
+        together.join(pose, other(pair));
+      }
+    }
+  }
+  const auto is_hub = [&](Index pose) { return of_pose[at(pose)] >= kMany; };
+  for (const Pair& pair : pairs) {
+    if (!is_hub(pair.first) && !is_hub(other(pair))) {
+      apart.join(pair.first, other(pair));
+    }
+  }
+  std::vector<Index> parts(aside.size(), 0);  // of each first of a block, besides hubs
+  first_.resize(aside.size());
+  for (Index pose = 0; pose < count; ++pose) {
+    first_[at(pose)] = together.first(pose);
+    parts[at(first(pose))] += !is_hub(pose) && apart.first(pose) == pose ? 1 : 0;
+  }
+  const auto held = [&](Index pose) { return is_hub(pose) && parts[at(first(pose))] > 1; };
+  const auto piece_first = [&](Index pose) {
+    return parts[at(first(pose))] > 1 ? apart.first(pose) : first(pose);
+  };
+  block_.assign(aside.size(), -1);
+  std::vector<Index> place(aside.size(), -1);  // of each first of a piece, among those of its block
+  const auto piece_of = [&](Index pose) -> Piece& {
+    Block& block = blocks_[at(block_[at(first(pose))])];
+    return held(pose) ? block.hubs : block.pieces[at(place[at(piece_first(pose))])];
+  };
+  for (Index pose = 0; pose < count; ++pose) {
+    if (of_pose[at(pose)] == 0) {
+      continue;
+    }
+    Index& block = block_[at(first(pose))];
+    if (block < 0) {
+      block = static_cast<Index>(blocks_.size());
+      blocks_.emplace_back();
+    }
+    if (!held(pose) && place[at(piece_first(pose))] < 0) {
+      std::vector<Piece>& pieces = blocks_[at(block)].pieces;
+      place[at(piece_first(pose))] = static_cast<Index>(pieces.size());
+      pieces.emplace_back();
+    }
+    piece_of(pose).poses.push_back(pose);
+  }
+  for (const Pair& pair : pairs) {
+    piece_of(held(pair.first) ? other(pair) : pair.first).pairs.push_back(pair);
+  }
+}
+
+LinearBlock block_rows(const Mechanism& mechanism, const Observations& observations,
+                       const Layout& layout, const Setup& setup, const RowMatrix& poses,
+                       const LatentPoses& rows, const PoseBlocks::Block& block) {
+  BetweenPoses between(mechanism, observations, layout, setup, poses);
+  const auto piece = [&](const PoseBlocks::Piece& of, const std::vector<Index>& hubs) {
+    return piece_rows(mechanism, layout, of, hubs, rows, between);
+  };
+  std::vector<LinearPiece> pieces;
+  for (const PoseBlocks::Piece& of : block.pieces) {
+    pieces.push_back(piece(of, block.hubs.poses));
+  }
+  return {std::move(pieces), piece(block.hubs, {})};
 }
 
 }  // namespace symkin
