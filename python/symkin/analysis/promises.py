@@ -190,7 +190,8 @@ def parameter_effects(mechanism: Mechanism, poses: Array) -> tuple[Array, NDArra
     reached = np.isfinite(by_poses).all(axis=(1, 2)) & np.isfinite(by_legs).all(axis=(1, 2, 3))
     singular = np.linalg.svd(np.where(reached[:, None, None], by_poses, 0), compute_uv=False)
     good = reached & (singular[:, -1] > _RANK * singular[:, 0])
-    inverse = np.linalg.pinv(by_poses[good])
+    square = by_poses.shape[1] == by_poses.shape[2]
+    inverse = (np.linalg.inv if square else np.linalg.pinv)(by_poses[good])
     of_rows = inverse.reshape(len(inverse), -1, len(readings.T), k)
     moves = np.zeros((len(inverse), 6, len(readings.T), p + 3))
     moves[:, mechanism.space.components] = -np.einsum("ndlk,nlks->ndls", of_rows, by_legs[good])

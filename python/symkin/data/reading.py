@@ -7,6 +7,7 @@ import itertools
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import fields, replace
+from statistics import median
 from typing import Any, Protocol, cast
 
 import numpy as np
@@ -491,7 +492,8 @@ def _median_closure(measurements: Measurements, mechanism: Mechanism) -> float:
         closures.append(mechanism.closure_error(leg, poses[rows], readings))
     sizes = np.abs(np.concatenate(closures)) if closures else np.empty(0)
     finite = sizes[np.isfinite(sizes)]
-    return float(np.median(finite)) if len(finite) else np.inf
+    # `np.median` would load masked arrays, for longer than an estimate takes.
+    return median(finite.tolist()) if len(finite) else np.inf
 
 
 def _median_spacing(measurements: Measurements, mechanism: Mechanism) -> float:

@@ -4,9 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
-import functools
-from collections.abc import Callable
-from typing import Any, TypeVar, cast
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -30,6 +28,7 @@ from symkin.estimate.evidence.outliers import Outlier
 from symkin.estimate.evidence.residuals import ResidualTest
 from symkin.estimate.evidence.wider import Alternative, alternatives_of
 from symkin.estimate.found import Found, Latent, M
+from symkin.estimate.kept import Kept, once
 from symkin.estimate.precision import (
     Correlation,
     Direction,
@@ -50,32 +49,7 @@ from symkin.values import field, record
 __all__ = ["Examined"]
 
 Array = NDArray[np.float64]
-_Owner = TypeVar("_Owner")
-_Result = TypeVar("_Result")
 _OF_CROSS_VALIDATION = ("heights", "notes")  # computed from it, if there is one
-
-
-def once(function: Callable[[_Owner], _Result]) -> Callable[[_Owner], _Result]:
-    """Compute what follows from an estimate once, for its copies and for `replace` too."""
-    name = function.__name__
-
-    @functools.wraps(function)
-    def kept(found: _Owner) -> _Result:
-        known: dict[str, Any] = found.kept.known  # type: ignore[attr-defined]
-        if name not in known:
-            known[name] = function(found)
-        result: _Result = known[name]
-        return result
-
-    return kept
-
-
-class _Kept:
-    """What was computed of an estimate, and the fields that it was computed from."""
-
-    def __init__(self, basis: dict[str, object]) -> None:
-        self.basis = basis
-        self.known: dict[str, Any] = {}
 
 
 @record
@@ -83,12 +57,12 @@ class Examined(Found[M]):
     """The part of `Estimate` that is computed when it is first asked for."""
 
     cross_validation: CrossValidation | None = field(private=True, default=None)
-    kept: _Kept | None = field(private=True, default=None, compare=False, repr=False)
+    kept: Kept | None = field(private=True, default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
         """Keep what was computed from the same fields, as far as it follows from them."""
         super().__post_init__()
-        made, before = _Kept(self._basis()), self.kept
+        made, before = Kept(self._basis()), self.kept
         if before is not None:
             changed = {
                 name for name, value in made.basis.items() if value is not before.basis[name]

@@ -61,6 +61,7 @@ FIRST_ROW = 2  # of a table that symkin writes, below its header
 _RANK = 1e-9  # of the largest singular value, with the unknowns in their tolerances
 _FEW_POSES = 200  # at which ranks are taken
 _BLOCK = 4096  # poses whose effects are held together
+_IN_CACHE = 500  # and made together
 SILENT = 0.9  # of a prior's deviation: the data will say next to nothing
 # Positions beside points.
 _TRACKED = frozenset({"pose", "position", "straightness", "distance", "height"})
@@ -543,6 +544,14 @@ class Survey(Value):
         singular; and which those are. What was assumed moves it by what the estimate makes of it,
         less what it does to the robot itself. See `floating` and `turned_anyhow`.
         """
+        if self.floating or self.turned_anyhow:  # one motion of all poses
+            return self._effects(poses)
+        blocks = range(0, max(len(poses), 1), _IN_CACHE)
+        parts = (self._effects(poses[at : at + _IN_CACHE]) for at in blocks)
+        effects, good = zip(*parts, strict=True)
+        return np.concatenate(effects), np.concatenate(good)
+
+    def _effects(self, poses: Array) -> tuple[Array, NDArray[np.bool_]]:
         mechanism, space = self.mechanism, self.mechanism.pose_space
         by_legs, good = parameter_effects(mechanism, poses)
         moves = by_legs.reshape(*by_legs.shape[:2], -1)

@@ -16,8 +16,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
 from importlib.util import find_spec
+from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
+from unicodedata import east_asian_width
 
 from markupsafe import Markup, escape
 
@@ -283,29 +285,21 @@ def _spread(count: int, room: int, about: int) -> Sequence[int]:
 
 def _grid(heading: list[str], rows: list[list[str]], words: int, gap: int = 2) -> str:
     """Rows as aligned columns: the first `words` to the left, the others to the right."""
-    from rich.console import Console
-    from rich.table import Table as Grid
+    every = [heading, *rows] if heading else rows
+    columns = [*zip_longest(*every, fillvalue="")]
+    widths = [max(map(_cells, column)) for column in columns]
+    lines = []
+    for row in zip(*columns, strict=True):
+        rooms = [" " * (width - _cells(cell)) for cell, width in zip(row, widths, strict=True)]
+        told = (f"{cell}{room}" for cell, room in zip(row[:words], rooms, strict=False))
+        numbers = (f"{room}{cell}" for cell, room in zip(row[words:], rooms[words:], strict=True))
+        lines.append((" " * gap).join([*told, *numbers]).rstrip())
+    return "\n".join(lines)
 
-    count = max([len(heading), *(len(row) for row in rows)])
-    grid = Grid(
-        box=None,
-        pad_edge=False,
-        padding=(0, gap, 0, 0),
-        header_style="bold",
-        show_header=bool(heading),
-    )
-    for number in range(count):
-        name = heading[number] if number < len(heading) else ""
-        grid.add_column(name, justify="left" if number < words else "right", no_wrap=True)
-    for row in rows:
-        grid.add_row(*row, *[""] * (count - len(row)))
-    console = Console(file=io.StringIO(), width=_width(), markup=False)
-    # A table that is too wide is better wrapped by the terminal than cut.
-    unbound = console.options.update(max_width=10_000)
-    console.width = max(console.width, console.measure(grid, options=unbound).maximum)
-    with console.capture() as captured:
-        console.print(grid, highlight=False)
-    return "\n".join(line.rstrip() for line in captured.get().rstrip("\n").split("\n"))
+
+def _cells(text: str) -> int:
+    """How many columns of a terminal a text takes."""
+    return len(text) + sum(east_asian_width(each) in "WF" for each in text if each > "\u1100")
 
 
 def typed(text: str) -> str:

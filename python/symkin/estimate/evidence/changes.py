@@ -29,6 +29,7 @@ from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.evidence.residuals import ALARMS
 from symkin.estimate.fit import FALSE_ALARMS
 from symkin.estimate.found import Found
+from symkin.estimate.kept import once
 from symkin.estimate.problem import own_readings
 from symkin.estimate.unknowns import slope_units
 from symkin.model.core_setup import core_setup, scalar_names
@@ -157,7 +158,7 @@ class Rows:
 def change_tests(found: Found, apart: Sequence[int] = ()) -> tuple[ChangeTest, ...]:
     """Test an estimate, without the poses that are outliers; empty where nothing is to spare."""
     try:
-        rows = rows_of_changes(found, apart)
+        rows = rows_of_changes(found, tuple(apart))
     except SymkinError:
         return ()
     if rows is None or rows.spare < 1:
@@ -319,7 +320,8 @@ def _two_sided(u: float) -> float:
     return float(_core.chi_square_tail(u**2, 1))
 
 
-def rows_of_changes(found: Found, apart: Sequence[int]) -> Rows | None:
+@once
+def rows_of_changes(found: Found, apart: tuple[int, ...]) -> Rows | None:
     """Rows of the poses that were estimated from, linearised at the estimate."""
     robot, measured = found.mechanism, found.measurements
     places = unframed(robot, measured.poses) if found.legs else found.latent_poses

@@ -102,7 +102,7 @@ def diagnosed(found: Found) -> Diagnosed | None:
     if len(rows) < 2 or (not found.converged and not found.legs):
         return None
     robot, poses = found.mechanism, measured.poses[rows]
-    rejected = np.unique([row for row, _ in found.rejected] + list(found.aside)).astype(int)
+    rejected = np.array(sorted({*(row for row, _ in found.rejected), *found.aside}), dtype=int)
     try:
         if not found.legs:
             poses = unframed(robot, poses)

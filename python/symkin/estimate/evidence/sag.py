@@ -38,7 +38,7 @@ def doubts_of_sag(found: Found, apart: Sequence[int] = ()) -> Iterator[Doubt]:
     All coordinates together alarm for one of 10 000 sound robots: all doubts are one of a hundred.
     """
     try:
-        rows = rows_of_changes(found, apart)
+        rows = rows_of_changes(found, tuple(apart))
     except SymkinError:
         return
     if rows is None or rows.spare < 1:

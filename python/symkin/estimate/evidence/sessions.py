@@ -99,7 +99,7 @@ def session_tests(found: Found, apart: Sequence[int] = ()) -> tuple[SessionTest,
     """Test an estimate, without the poses that are outliers; empty where there are no sessions."""
     try:
         sessions = sessions_of(found.measurements)
-        rows = rows_of_changes(found, apart)
+        rows = rows_of_changes(found, tuple(apart))
     except SymkinError:
         return ()
     if rows is None or rows.spare < 2:
