@@ -32,6 +32,8 @@ Array = NDArray[np.float64]
 Failure = Literal["unreachable", "occluded", "lost", "skipped"]
 
 LEAST_DEGREES = 20  # of freedom, before anything may stop by a noise that was estimated
+_CLOSING = 2  # of the first poses that are measured again in the end
+_FRESH = 2  # rows that may follow these, before they are measured once more
 TABLE, ROBOT = "measured.csv", "robot.toml"
 _UNCOUNTED: Failure = "skipped"  # of failures: nothing speaks against poses nearby
 
@@ -80,9 +82,12 @@ class Progress(Value):
     repaired : bool
         Whether rows were dropped or put right, or something slipped.
     reached : bool
-        Whether that is what was wanted.
+        Whether that is what was wanted, and the first poses were measured again since.
     more : int
         Rows that are needed besides, as far as can be told.
+    closing : int
+        Of these those that are measured again though the bound is reached, since what slipped
+        shortly before shows in nothing else.
     degrees : float
         Degrees of freedom of an estimated noise; infinite if it is declared.
     never : bool
@@ -103,6 +108,7 @@ class Progress(Value):
     repaired: bool
     reached: bool
     more: int
+    closing: int
     degrees: float
     never: bool
     position_floor: float
@@ -165,12 +171,15 @@ class Session:
 
     def asked(self) -> Ask:
         """Return the pose to measure now, even if what is known is enough."""
-        if not self._chooser.planned:
+        repeating = self._repeating
+        if not repeating and self.progress.closing:
+            repeating = self._unchecked()[0]
+        if not (repeating or self._chooser.planned):
             self._chooser.plan(self.estimate)
         row = len(self._table.lines) + 1
         ahead, again = self._chooser.ahead, None
-        if self._repeating:
-            again, *more = self._repeating
+        if repeating:
+            again, *more = repeating
             poses = [self._pose_of(self._table.place(each)) for each in (again, *more)]
             pose, ahead = poses[0], np.array([*poses[1:], *ahead]).reshape(-1, ahead.shape[1])
             assert pose is not None
@@ -233,7 +242,9 @@ class Session:
 
     def fail(self, why: Failure = "unreachable", *, remark: str = "") -> None:
         """Tell that the pose could not be measured; another takes its place."""
-        self._append(why, self.asked().pose, {}, "", remark)
+        asked = self.asked()
+        again = "" if asked.repeat_of is None else str(asked.repeat_of)
+        self._append(why, asked.pose, {}, "", remark, repeat_of=again)
 
     def skip(self) -> None:
         """Leave the pose out; poses near it are as likely as before."""
@@ -387,6 +398,8 @@ class Session:
             self._floor = self._chooser.floor()
         floor, unseen = self._floor
         never = not reached and any(floor[name] > value for name, value in wanted.items())
+        reached = reached and degrees >= LEAST_DEGREES
+        unchecked = sum(map(len, self._unchecked()))
         if not (self._chooser.planned or reached or never):
             self._chooser.plan(known.estimate)
         return Progress(
@@ -396,8 +409,9 @@ class Session:
             orientation_bound=bounds["orientation"],
             confidence=self.confidence,
             repaired=self._knowledge.repaired,
-            reached=reached and degrees >= LEAST_DEGREES,
-            more=self._chooser.more,
+            reached=reached and not unchecked,
+            more=unchecked + (0 if reached else self._chooser.more),
+            closing=unchecked if reached else 0,
             degrees=degrees,
             never=never,
             position_floor=floor["position"],
@@ -437,6 +451,37 @@ class Session:
             return ()
         group = self._table.together(self._table.place(int(again)))
         return tuple(number for number in map(self._table.number, group) if number > int(again))
+
+    def _unchecked(self) -> list[tuple[int, ...]]:
+        """Rows to measure again in the end: the first ones since something slipped, if anything.
+
+        Each shortly before the end; if that fails, another one, unless somebody leaves it out.
+        """
+        table = self._table
+        slipped = table.said(SLIPPED)
+        begin = table.place(slipped[-1]) if slipped else 0
+        ordinary = [
+            place
+            for place in table.counting
+            if place >= begin
+            and not table.lines[place]["repeat_of"]
+            and table.together(place)[0] == place
+        ]
+        stale = ordinary[-_FRESH - 1] if len(ordinary) > _FRESH else -1
+        tried = {
+            table.lines[place]["repeat_of"]: place for place in table.standing if place > stale
+        }
+        left, wanted = [], _CLOSING
+        for place in ordinary[:-1]:
+            again = tried.get(str(table.number(place)))
+            if again is None:
+                left.append(tuple(map(table.number, table.together(place))))
+            elif table.is_failed(again) and table.lines[again][STATUS] != _UNCOUNTED:
+                continue
+            wanted -= 1
+            if not wanted:
+                break
+        return left
 
     def _begun_by(self) -> int | None:
         """The row that the next one is measured with."""

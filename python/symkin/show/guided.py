@@ -47,6 +47,8 @@ def progress_text(session: Session, progress: Progress) -> str:
         now = milli(bound, unit) if math.isfinite(bound) else _UNKNOWN_MORE
         parts.append(f"{kind} {now} of {milli(wanted, unit)}")
     more = "" if progress.reached or progress.never else f", some {progress.more} more"
+    if progress.closing:
+        more = f", enough: the first poses again, {progress.closing} more, in case anything slipped"
     failed = f", {progress.failed} failed" if progress.failed else ""
     done = progress.rows + (0 if progress.reached else progress.more)
     full = round(_BAR * progress.rows / max(done, 1))
@@ -169,6 +171,11 @@ def end_text(session: Session, progress: Progress, width: int = WIDTH) -> str:
             lines += _filled(f"Known by their tolerances alone: {named}.", 2, width)
     else:
         head = f"Not yet: {rows}, some {progress.more} more. So far:"
+        if progress.closing:
+            head = (
+                f"Not yet: {rows}. The bound is reached, but {progress.closing} of the first poses "
+                "were not measured again, which would show a slip in the last rows:"
+            )
         if progress.degrees < LEAST_DEGREES:
             lines.append(
                 f"  the noise rests on {progress.degrees:.0f} degrees of freedom; expected "

@@ -80,6 +80,16 @@ def test_a_session_does_not_end_while_a_repeat_says_that_something_has_slipped(r
     assert sum(".step" in each.name for each in session.estimate.unknowns) == 3
 
 
+def test_a_slip_in_the_last_row_shows_when_the_first_poses_are_measured_again(robot):
+    slip = 5 * robot.noise.orientation
+    spoil = lambda n, row: row | {"psi_3_rad": row["psi_3_rad"] + slip * (n >= 15)}  # noqa: E731
+    session, verdicts = run(robot, spoil)
+    assert len(verdicts) > 20  # 18 would do for a robot that stays as it is
+    assert any(each.slipped for each in verdicts)
+    assert session.progress.reached
+    assert sum(".step" in each.name for each in session.estimate.unknowns) == 3
+
+
 def test_a_drawing_with_too_small_tolerances_is_told_before_rows_are_blamed(robot):
     wider = Tolerances(**{name: 3 * value for name, value in vars(robot.tolerances).items()})
     made = disturb(robot.replace(tolerances=wider), 3)

@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """A guided session: the pose that is asked for, when it is enough, and what survives a kill."""
 
+import csv
+
 import numpy as np
 import pytest
 
@@ -43,6 +45,29 @@ def test_a_session_ends_when_the_accuracy_is_reached(done):
     assert done.progress.position_bound <= ACCURACY
     assert 5 <= done.progress.rows <= 20
     assert done.progress.failed > 0
+
+
+def test_a_session_ends_with_two_of_its_first_poses_again(robot, done):
+    text = (done.folder / "measured.csv").read_text(encoding="utf-8")
+    lines = csv.DictReader(text.splitlines())
+    again = [line["repeat_of"] for line in lines if line["status"] != "lost"]
+    assert again == [""] * (len(again) - 2) + ["1", "2"]
+    session = robot.measure(ACCURACY, **FEW)
+    device = SimulatedDevice(robot, seed=2)
+    while not session.progress.closing:
+        session.add(device(session.next()))
+    rows = session.progress.rows
+    assert session.progress.position_bound <= ACCURACY
+    assert not session.progress.reached
+    session.add(device(session.next()))
+    session.fail("occluded")
+    assert session.next().repeat_of == 3
+    session.undo()
+    assert session.next().repeat_of == 2
+    session.skip()
+    assert session.next() is None
+    assert session.progress.reached
+    assert session.progress.rows == rows + 1
 
 
 def test_identify_reads_the_table_as_it_is_and_says_the_same(done):
