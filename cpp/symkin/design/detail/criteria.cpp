@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "symkin/design/detail/criteria.hpp"
 
-#include <Eigen/LU>
 #include <cmath>
 #include <limits>
 
@@ -102,34 +101,66 @@ ErrorSlopes error_slopes(const RowMatrix& information, const RowMatrix& error_we
           inverse.cwiseProduct(error_weight).sum()};
 }
 
-ErrorExchange::ErrorExchange(const Rows& in, const Rows& out) : r_(in.rows.rows()) {
+std::optional<double> error_gain(const ExchangedRows& in, const ExchangedRows& out) {
+  using Small = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, 2 * kMaxRows,
+                              2 * kMaxRows>;
   using Given = Eigen::Ref<const RowMatrix>;
-  const auto fill = [&](Small& matrix, const Given& of_in, const Given& of_out) {
-    matrix.resize(2 * r_, 2 * r_);
-    matrix.topLeftCorner(r_, r_) = of_in.lazyProduct(in.rows.transpose());
-    matrix.bottomLeftCorner(r_, r_) = of_out.lazyProduct(in.rows.transpose());
-    matrix.topRightCorner(r_, r_) = matrix.bottomLeftCorner(r_, r_).transpose();
-    matrix.bottomRightCorner(r_, r_) = of_out.lazyProduct(out.rows.transpose());
+  const Index r = in.rows.rows();
+  const Index n = 2 * r;
+  const auto symmetric = [&](const Given& of_in, const Given& of_out) {
+    Small matrix(n, n);
+    matrix.topLeftCorner(r, r) = of_in.lazyProduct(in.rows.transpose());
+    matrix.bottomLeftCorner(r, r) = of_out.lazyProduct(in.rows.transpose());
+    matrix.bottomRightCorner(r, r) = of_out.lazyProduct(out.rows.transpose());
+    matrix.topRightCorner(r, r) = matrix.bottomLeftCorner(r, r).transpose();
+    return matrix;
   };
-  fill(g_, in.solved, out.solved);
-  fill(h_, in.weighted, out.weighted);
-}
-
-std::optional<ErrorExchange::Small> ErrorExchange::inverse_at(double share) const {
-  Small k = share * g_;
-  k.diagonal().head(r_).array() += 1;
-  k.diagonal().tail(r_).array() -= 1;
-  const Eigen::PartialPivLU<Small> lu(k);
-  if (!(lu.determinant() * (r_ % 2 == 0 ? 1 : -1) > kLeastRatio)) {
+  // Z = L^-1 H L^-T with L E L^T = D + G: trace(K H) is the sum of Z_ii / E_i. Without pivots,
+  // since I + in M^-1 in^T and what is left of I - out M^-1 out^T are positive definite.
+  Small l = symmetric(in.solved, out.solved);
+  Small z = symmetric(in.weighted, out.weighted);
+  l.diagonal().head(r).array() += 1;
+  l.diagonal().tail(r).array() -= 1;
+  Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 2 * kMaxRows, 1> pivots(n);
+  double ratio = 1;
+  for (Index i = 0; i < n; ++i) {
+    double pivot = l(i, i);
+    for (Index j = 0; j < i; ++j) {
+      double left = l(i, j);
+      for (Index k = 0; k < j; ++k) {
+        left -= l(i, k) * l(j, k);  // of L E so far
+      }
+      l(i, j) = left;
+    }
+    for (Index j = 0; j < i; ++j) {
+      const double scaled = l(i, j) / pivots[j];
+      pivot -= l(i, j) * scaled;
+      l(i, j) = scaled;
+    }
+    pivots[i] = pivot;
+    ratio *= i < r ? pivot : -pivot;
+    if (i >= r && !(pivot < 0)) {
+      return std::nullopt;
+    }
+  }
+  if (!(ratio > kLeastRatio)) {
     return std::nullopt;
   }
-  return lu.inverse();
-}
-
-std::optional<double> ErrorExchange::gain(double share) const {
-  const std::optional<Small> k = inverse_at(share);
-  // Both are symmetric: the trace of their product.
-  return k ? std::optional(share * k->cwiseProduct(h_).sum()) : std::nullopt;
+  double gain = 0;
+  for (Index i = 0; i < n; ++i) {
+    for (Index k = 0; k < i; ++k) {
+      z.row(i) -= l(i, k) * z.row(k);
+    }
+  }
+  for (Index i = 0; i < n; ++i) {
+    for (Index j = 0; j <= i; ++j) {
+      for (Index k = 0; k < j; ++k) {
+        z(i, j) -= z(i, k) * l(j, k);
+      }
+    }
+    gain += z(i, i) / pivots[i];
+  }
+  return gain;
 }
 
 }  // namespace symkin::design::detail

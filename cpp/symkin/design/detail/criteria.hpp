@@ -41,34 +41,19 @@ struct ErrorSlopes {
 };
 ErrorSlopes error_slopes(const RowMatrix& information, const RowMatrix& error_weight);
 
-// How the expected error, trace(M^-1 B), changes where some rows replace others, a share s of each:
-// M(s) = M + s (in^T in - out^T out), no matrix as large as M factored anew. With U = (in, out),
-// D = (I, -I), G = U M^-1 U^T, H = U M^-1 B M^-1 U^T and K = (D + s G)^-1 (Woodbury)
-//   trace(M(s)^-1 B) = trace(M^-1 B) - s trace(K H)
-//   det M(s) = (-1)^r det(D + s G) det M
-class ErrorExchange {
- public:
-  struct Rows {
-    Eigen::Ref<const RowMatrix> rows;      // r x p
-    Eigen::Ref<const RowMatrix> solved;    // rows M^-1
-    Eigen::Ref<const RowMatrix> weighted;  // rows M^-1 B M^-1
-  };
-
-  ErrorExchange(const Rows& in, const Rows& out);
-
-  // What the share takes off the error, or nothing where that would cost digits.
-  std::optional<double> gain(double share) const;
-
- private:
-  using Small = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor, 2 * kMaxRows,
-                              2 * kMaxRows>;
-
-  // K, or nothing.
-  std::optional<Small> inverse_at(double share) const;
-
-  Index r_;
-  Small g_, h_;
+// Rows that enter or leave a selection.
+struct ExchangedRows {
+  Eigen::Ref<const RowMatrix> rows;      // r x p
+  Eigen::Ref<const RowMatrix> solved;    // rows M^-1
+  Eigen::Ref<const RowMatrix> weighted;  // rows M^-1 B M^-1
 };
+
+// What the expected error, trace(M^-1 B), loses where some rows replace others, and nothing where
+// that would cost digits. No matrix as large as M is factored anew: with U = (in, out), D = (I,
+// -I), G = U M^-1 U^T, H = U M^-1 B M^-1 U^T and K = (D + G)^-1 (Woodbury)
+//   trace(M^-1 B) - trace((M + in^T in - out^T out)^-1 B) = trace(K H)
+//   det(M + in^T in - out^T out) = (-1)^r det(D + G) det M
+std::optional<double> error_gain(const ExchangedRows& in, const ExchangedRows& out);
 
 // An approximate design for O2 to O5 or expected_error, and what it proves.
 struct CriterionDesign {

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <optional>
 #include <tuple>
 #include <utility>
 
@@ -231,16 +233,18 @@ void CriterionSearch::rebuild() {
   merit_ = criterion_merit(information_, problem_.options);
   if (problem_.options.criterion == Criterion::expected_error && std::isfinite(merit_)) {
     const ErrorSlopes slopes = error_slopes(information_, problem_.options.error_weight);
-    solved_ = product(rows_, slopes.inverse);
+    inverse_ = slopes.inverse;
     weighted_ = product(rows_, slopes.weighted);
+    solved_.resize(rows_.rows(), rows_.cols());
+    is_solved_.assign(static_cast<std::size_t>(size_of(pool_)), false);
   } else {
-    solved_.resize(0, 0);
+    weighted_.resize(0, 0);
   }
 }
 
 Vector CriterionSearch::first_order() const {
   const RowMatrix changed =
-      solved_.size() != 0
+      weighted_.size() != 0
           ? RowMatrix(weighted_ * std::exp(merit_))
           : product(rows_, criterion_gradient(information_, problem_.options).total());
   const Vector by_row = changed.cwiseProduct(rows_).rowwise().sum();
@@ -256,14 +260,19 @@ double CriterionSearch::exact_merit_after(Index place, Index member) const {
                          problem_.options);
 }
 
-double CriterionSearch::merit_after(Index place, Index member) const {
-  if (solved_.size() != 0) {
-    const Index r = problem_.shape().rows;
-    const auto of = [&](Index which) {
-      return ErrorExchange::Rows{rows_.middleRows(which * r, r), solved_.middleRows(which * r, r),
-                                 weighted_.middleRows(which * r, r)};
-    };
-    const auto gain = ErrorExchange(of(member), of(at(chosen_, place))).gain(1);
+ExchangedRows CriterionSearch::exchanged(Index member) {
+  const Index r = problem_.shape().rows;
+  const auto own = [&](RowMatrix& of) { return of.middleRows(member * r, r); };
+  if (!at(is_solved_, member)) {
+    own(solved_).noalias() = own(rows_) * inverse_;
+    at(is_solved_, member) = true;
+  }
+  return {own(rows_), own(solved_), own(weighted_)};
+}
+
+double CriterionSearch::merit_after(Index place, Index member) {
+  if (weighted_.size() != 0) {
+    const auto gain = error_gain(exchanged(member), exchanged(at(chosen_, place)));
     if (gain) {
       return -std::log(std::exp(-merit_) - *gain);
     }
@@ -278,24 +287,34 @@ bool CriterionSearch::improve(Index tries) {
     Index place, member;
   };
   std::vector<Pair> pairs;
+  double best = merit_ + kGain;
+  // The expected error does not fall by more than its slope says: what a pair has to gain at least.
+  const auto least = [&] {
+    return weighted_.size() == 0 ? -kInfinity : -std::expm1(merit_ - best);
+  };
+  const double first = least();
   for (Index place = 0; place < size_of(chosen_); ++place) {
     for (Index j = 0; j < values.size(); ++j) {
-      pairs.push_back({values[j] - values[at(chosen_, place)], place, j});
+      const double gain = values[j] - values[at(chosen_, place)];
+      if (gain > first) {
+        pairs.push_back({gain, place, j});
+      }
     }
   }
-  const auto last = pairs.begin() + std::min(tries, size_of(pairs));
-  std::partial_sort(pairs.begin(), last, pairs.end(), [](const Pair& a, const Pair& b) {
-    return std::tie(b.gain, a.place, a.member) < std::tie(a.gain, b.place, b.member);
-  });
-  double best = merit_ + kGain;
-  const Pair* best_pair = nullptr;
+  // The most promising ones first, of which few are looked at.
+  const auto after = [](const Pair& a, const Pair& b) {
+    return std::tie(a.gain, b.place, b.member) < std::tie(b.gain, a.place, a.member);
+  };
+  std::make_heap(pairs.begin(), pairs.end(), after);
+  std::optional<Pair> best_pair;
   Index tried = 0;
-  for (auto pair = pairs.begin(); pair != last; ++pair) {
-    if (tried >= kPromising && best_pair != nullptr) {
+  for (auto end = pairs.end(); size_of(pairs) - (end - pairs.begin()) < tries; --end) {
+    if (end == pairs.begin() || (tried >= kPromising && best_pair)) {
       break;
     }
-    // The expected error does not fall by more than its slope says.
-    if (solved_.size() != 0 && pair->gain < 1 && merit_ - std::log1p(-pair->gain) <= best) {
+    std::pop_heap(pairs.begin(), end, after);
+    const auto pair = std::prev(end);
+    if (!(pair->gain > least())) {
       break;
     }
     if (!allowed(pair->place, pair->member)) {
@@ -306,12 +325,12 @@ bool CriterionSearch::improve(Index tries) {
     const double merit = merit_after(pair->place, pair->member);
     if (merit > best) {
       best = merit;
-      best_pair = &*pair;
+      best_pair = *pair;
     }
   }
   // Rounding of quick merits shall not exchange two poses for ever.
-  const bool better = best_pair != nullptr &&
-                      (solved_.size() == 0 ||
+  const bool better = best_pair.has_value() &&
+                      (weighted_.size() == 0 ||
                        exact_merit_after(best_pair->place, best_pair->member) > merit_ + kGain);
   if (better) {
     at(chosen_, best_pair->place) = best_pair->member;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include "symkin/design/detail/criteria.hpp"
 #include "symkin/design/detail/information.hpp"
 #include "symkin/design/detail/problem.hpp"
 #include "symkin/support/random.hpp"
@@ -92,13 +93,16 @@ class CriterionSearch final : public PoolSearch {
   void rebuild() override;
   bool improve(Index tries);
   Vector first_order() const;  // of each member: what it adds to the merit
-  double merit_after(Index place, Index member) const;
+  double merit_after(Index place, Index member);
+  ExchangedRows exchanged(Index member);
   double exact_merit_after(Index place, Index member) const;
 
   RowMatrix rows_;  // of the pool, one member below the other
   RowMatrix information_;
   double merit_ = 0;
-  RowMatrix solved_, weighted_;  // as ErrorExchange wants rows_; empty for other criteria
+  // As `error_gain` wants rows_, for the expected error alone: few members are ever solved for.
+  RowMatrix inverse_, weighted_, solved_;
+  std::vector<bool> is_solved_;
 };
 
 }  // namespace symkin::design::detail
