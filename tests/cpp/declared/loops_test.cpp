@@ -21,7 +21,7 @@ Assembly assembly_of(const reference::Leg& leg, const Description& description) 
 }
 
 // Rows of all closures as the reference has them: pose, readings, errors.
-RowMatrix rows_of(const reference::Leg& leg, const Assembly& assembly) {
+RowMatrix rows_of(const reference::Leg& leg, Assembly& assembly) {
   const Columns wrenches = assembly.reciprocal();
   const std::vector<int> coordinates = leg.coordinates();
   const std::vector<Slot> errors = leg.errors();

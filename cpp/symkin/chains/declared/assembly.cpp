@@ -107,7 +107,7 @@ Assembly::Assembly(const Description& leg, const Home& home)
           can_be_mirrored_ && sign == ratio_signs[i] * followed && (sign > 0 || joint.offset == 0);
     }
   }
-  loops_.walk(home.pose, home.joints);
+  walk(home.pose, home.joints);
   const Columns columns = loops_.columns();
   passive_rank_ = rank_of(columns(kAll, passive_));
   whole_rank_ = rank_of(columns);
@@ -127,7 +127,7 @@ Assembly::Assembly(const Description& leg, const Home& home)
         "there, or the sensor shows nothing");
   }
   if (read_.size() == 1) {
-    home_side_ = drawn_side_ = by_first_reading(reciprocal());
+    home_side_ = drawn_side_ = by_first_reading();
     mirrored_side_ = mirror_signs_[read_.front()] * drawn_side_;
     for (const int each : basis_) {
       mirrored_side_ *= mirror_signs_[each];
@@ -151,6 +151,7 @@ MirrorImage Assembly::mirror_image() const {
 }
 
 void Assembly::set_leg(ConstVector scalars, bool mirrored) {
+  known_here_ = false;
   if (mirrored && !can_be_mirrored_) {
     throw ImpossibleLeg(
         "a joint that follows another one, or a number that names one, stays in a mirror where "
@@ -161,6 +162,11 @@ void Assembly::set_leg(ConstVector scalars, bool mirrored) {
   home_joints_ = mirrored ? Joints(home_.joints.cwiseProduct(mirror_signs_)) : home_.joints;
 }
 
+void Assembly::walk(const Pose& pose, const Joints& joints) {
+  loops_.walk(pose, joints);
+  known_here_ = false;
+}
+
 // Newton's method, or Gauss's where the equations are more; joints that only spin stay. Behind a
 // short step the derivatives serve once more, which mostly ends it.
 bool Assembly::newton(const Pose& pose, const std::vector<int>& moving, int rank, Joints& joints) {
@@ -168,7 +174,7 @@ bool Assembly::newton(const Pose& pose, const std::vector<int>& moving, int rank
   constexpr double kLongest = 0.5;  // m and rad
   constexpr double kShort = 1e-5;
   constexpr double kNoStep = 1e-9;
-  loops_.walk(pose, joints);
+  walk(pose, joints);
   if (rank == 0) {
     return true;
   }
@@ -181,7 +187,7 @@ bool Assembly::newton(const Pose& pose, const std::vector<int>& moving, int rank
       for (int k = 0; k < rank; ++k) {
         joints[qr.column(k)] -= share * step[k];
       }
-      loops_.walk(pose, joints);
+      loops_.walk(joints);
       return largest;
     };
     const double largest = take_step();
@@ -195,24 +201,24 @@ bool Assembly::newton(const Pose& pose, const std::vector<int>& moving, int rank
   return false;
 }
 
-bool Assembly::on_branch() const {
+bool Assembly::on_branch() {
   return loops_.on_this_side_of_half_a_turn() &&
-         (read_.size() != 1 || closures_ != 1 || (side() > 0) == (home_side_ > 0));
+         (read_.size() != 1 || closures_ != 1 || (by_first_reading() > 0) == (home_side_ > 0));
 }
 
-// Of the reading's slope in an only closure, with its sign.
-double Assembly::side() const {
-  const Columns columns = loops_.columns();
-  return beside_basis(columns, columns.col(read_.front()));
-}
+// d/dreading of the first closure, with the sign of the side of the leg's singularity.
+double Assembly::by_first_reading() { return reciprocal().col(0).dot(columns_.col(read_.front())); }
 
-// Volume of the passive joints' columns with another one.
-double Assembly::beside_basis(const Columns& columns, const Equations& last) const {
+// Of the only reciprocal wrench behind the passive joints' columns.
+double Assembly::orientation(const PivotedQr& qr) const {
+  if (basis_.size() == passive_.size()) {
+    return qr.orientation();
+  }
   Columns square(loops_.equations(), loops_.equations());
   for (int i = 0; i < passive_rank_; ++i) {
-    square.col(i) = columns.col(basis_[static_cast<std::size_t>(i)]);
+    square.col(i) = columns_.col(basis_[static_cast<std::size_t>(i)]);
   }
-  square.rightCols<1>() = last;
+  square.rightCols<1>() = reciprocal_.col(0);
   return square.determinant();
 }
 
@@ -232,7 +238,7 @@ bool Assembly::follow(const Pose& pose, Joints& joints) {
   constexpr double kShortest = 1.0 / 64;
   joints = home_joints_;
   double done = 0;
-  double step = 0.25;
+  double step = 0.5;
   while (done < 1) {
     const double next = std::min(1.0, done + step);
     Joints trial = joints;
@@ -268,7 +274,7 @@ bool Assembly::close_around_readings(const Pose& pose, Joints& joints) {
     }
   }
   joints = from_home;
-  loops_.walk(pose, joints);
+  walk(pose, joints);
   return false;
 }
 
@@ -289,7 +295,7 @@ double Assembly::reach_margin(const Pose& pose, const std::vector<int>& tangent)
   const auto square_at = [&](const Pose& there) {
     Joints moved = joints;
     newton(there, all_, whole_rank_, moved);
-    const double slope = by_first_reading(reciprocal());
+    const double slope = by_first_reading();
     return slope * slope;
   };
   const double square = square_at(pose);
@@ -310,31 +316,32 @@ double Assembly::reach_margin(const Pose& pose, const std::vector<int>& tangent)
   return slope > kFlat * square ? square / slope : std::numeric_limits<double>::infinity();
 }
 
-Columns Assembly::reciprocal() const {
-  const Columns columns = loops_.columns();
-  Columns wrenches = PivotedQr(columns, passive_, passive_rank_).complement();
+const Columns& Assembly::reciprocal() {
+  if (known_here_) {
+    return reciprocal_;
+  }
+  columns_ = loops_.columns();
+  const PivotedQr qr(columns_, passive_, passive_rank_);
+  reciprocal_ = qr.complement();
   if (closures_ == 1) {
-    if (beside_basis(columns, wrenches.col(0)) < 0) {
-      wrenches = -wrenches;
+    if (orientation(qr) < 0) {
+      reciprocal_ = -reciprocal_;
     }
   } else if (!read_.empty()) {
     // A reflection carries the work with the reading into the first closure.
-    Equations work = wrenches.transpose() * columns.col(read_.front());
+    Equations work = reciprocal_.transpose() * columns_.col(read_.front());
     const double size = work.norm();
     if (size > 0) {
       work[0] -= size;
       const double square = work.squaredNorm();
       if (square > 0) {
-        const Equations along = wrenches * work;
-        wrenches -= (2 / square) * along * work.transpose();
+        const Equations along = reciprocal_ * work;
+        reciprocal_ -= (2 / square) * along * work.transpose();
       }
     }
   }
-  return wrenches;
-}
-
-double Assembly::by_first_reading(const Columns& reciprocal) const {
-  return reciprocal.col(0).dot(loops_.columns().col(read_.front()));
+  known_here_ = true;
+  return reciprocal_;
 }
 
 }  // namespace symkin::declared

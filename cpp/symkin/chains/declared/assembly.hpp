@@ -18,6 +18,8 @@ struct Home {
 // How many equations of a drawn leg no joint can meet, be it read or not: they bind the platform.
 int binding_closures(const Description& leg, const Home& home);
 
+class PivotedQr;
+
 // A leg put together: its joints at a pose, and its closures there, which are the equations that no
 // passive joint can meet. How many these are is a matter of the drawing, and is fixed at home.
 class Assembly {
@@ -50,15 +52,14 @@ class Assembly {
   // Unit vectors, equations x closures, square to what passive joints do where the joints are now.
   // One is oriented like the passive joints' columns; of several the first alone does work with the
   // first reading.
-  Columns reciprocal() const;
-  // d/dreading of the first closure, with the sign of the side of the leg's singularity.
-  double by_first_reading(const Columns& reciprocal) const;
+  const Columns& reciprocal();
 
  private:
   bool newton(const Pose& pose, const std::vector<int>& moving, int rank, Joints& joints);
-  bool on_branch() const;
-  double side() const;
-  double beside_basis(const Columns& columns, const Equations& last) const;
+  void walk(const Pose& pose, const Joints& joints);
+  bool on_branch();
+  double by_first_reading();
+  double orientation(const PivotedQr& qr) const;
   bool near_home(const Pose& pose, Joints& joints);
   bool follow(const Pose& pose, Joints& joints);
 
@@ -69,6 +70,9 @@ class Assembly {
   std::vector<int> read_, passive_, all_, basis_;
   int closures_ = 0, passive_rank_ = 0, whole_rank_ = 0;
   double home_side_ = 1, drawn_side_ = 1, mirrored_side_ = 1;
+  // Where the joints are now, once asked for.
+  bool known_here_ = false;
+  Columns columns_, reciprocal_;
 };
 
 }  // namespace symkin::declared

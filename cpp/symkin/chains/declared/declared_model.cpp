@@ -347,7 +347,7 @@ class DeclaredModel final : public ChainModel {
         joints[read_] = sensor.active_joint(readings[i]);
       }
       leg.close_around_readings(pose(poses, i), joints);
-      const Columns wrenches = leg.reciprocal();
+      const Columns& wrenches = leg.reciprocal();
       const Equations residual = leg.loops().residual();
       for (Index c = 0; c < closures; ++c) {
         const Index row = i * closures + c;

@@ -26,21 +26,26 @@ Matrix3d turn_about(const Vector3d& axis, double angle) {
   return turn;
 }
 
-// What a turn about an axis of its own frame makes of a rotation: it mixes two of its columns.
-void turn(Matrix3d& rotation, const Vector3d& axis, double angle) {
+// Which axis of its own frame a joint moves along or about, or -1 where it is none.
+int own_axis(const Vector3d& axis) {
   for (int k = 0; k < 3; ++k) {
     if (axis[k] == 1) {
-      const double cosine = std::cos(angle);
-      const double sine = std::sin(angle);
-      auto first = rotation.col((k + 1) % 3);
-      auto second = rotation.col((k + 2) % 3);
-      const Vector3d before = first;
-      first = cosine * before + sine * second;
-      second = cosine * second - sine * before;
-      return;
+      return k;
     }
   }
-  rotation = rotation * turn_about(axis, angle);
+  return -1;
+}
+
+// What a turn about an axis of its own frame makes of a rotation: it mixes two of its columns.
+template <int kAlong>
+void turn(Matrix3d& rotation, double angle) {
+  const double cosine = std::cos(angle);
+  const double sine = std::sin(angle);
+  auto first = rotation.col((kAlong + 1) % 3);
+  auto second = rotation.col((kAlong + 2) % 3);
+  const Vector3d before = first;
+  first = cosine * before + sine * second;
+  second = cosine * second - sine * before;
 }
 
 bool compares_rotation(Compares compares) {
@@ -48,29 +53,23 @@ bool compares_rotation(Compares compares) {
          compares == Compares::planar_pose;
 }
 
-// The numbers of position and rotation that a loop compares, as rows of the residual and back.
-template <typename Out>
-int put(Compares compares, const Vector3d& position, const Vector3d& rotation, Out&& out) {
-  switch (compares) {
-    case Compares::pose:
-      out << position, rotation;
-      return 6;
-    case Compares::point:
-      out << position;
-      return 3;
-    case Compares::rotation:
-      out << rotation;
-      return 3;
-    case Compares::planar_pose:
-      out << position.head<2>(), rotation.z();
-      return 3;
-    case Compares::planar_point:
-      out << position.head<2>();
-      return 2;
-    case Compares::distance:
-      break;
+// The numbers of position and rotation that a loop compares, added to rows of the residual, and
+// back.
+void add(Compares compares, const Vector3d& position, const Vector3d& rotation, double* rows) {
+  const bool planar = compares == Compares::planar_pose || compares == Compares::planar_point;
+  if (compares != Compares::rotation) {
+    rows[0] += position.x();
+    rows[1] += position.y();
+    rows += 2;
+    if (!planar) {
+      *rows++ += position.z();
+    }
   }
-  return 0;
+  if (compares == Compares::planar_pose) {
+    *rows += rotation.z();
+  } else if (compares_rotation(compares)) {
+    Eigen::Map<Vector3d>{rows} += rotation;
+  }
 }
 
 struct Pair {
@@ -101,11 +100,16 @@ bool moves_along(Slot slot) { return slot == Slot::x || slot == Slot::y || slot 
 }  // namespace
 
 int equation_count(Compares compares) {
-  if (compares == Compares::distance) {
-    return 1;
+  switch (compares) {
+    case Compares::pose:
+      return 6;
+    case Compares::planar_point:
+      return 2;
+    case Compares::distance:
+      return 1;
+    default:
+      return 3;
   }
-  Equations rows(compares == Compares::pose ? 6 : compares == Compares::planar_point ? 2 : 3);
-  return put(compares, Vector3d::Zero(), Vector3d::Zero(), rows);
 }
 
 TransformGeometry::TransformGeometry(const TransformValues& values) {
@@ -161,10 +165,15 @@ Loops::Loops(const Description& leg) : leg_(&leg), own_(own_joints(leg)) {
   }
   for (const Joint& joint : leg.joints) {
     ratios_.push_back(joint.follows == Joint::kOwn ? 1 : joint.ratio);
+    axes_.push_back(own_axis(joint.axis));
   }
   followed_.resize(leg.joints.size());
   values_.resize(leg.joints.size());
   walked_.resize(leg.loops.size());
+  for (std::size_t i = 0; i < leg.loops.size(); ++i) {
+    prepare(leg.loops[i].left, walked_[i].left);
+    prepare(leg.loops[i].right, walked_[i].right);
+  }
   set_transforms(leg.transforms);
 }
 
@@ -190,16 +199,37 @@ void Loops::set_transforms(const std::vector<TransformValues>& values) {
     transforms_.emplace_back(each);
     lengths_.push_back(each[static_cast<std::size_t>(Slot::x)]);
   }
+  for (std::size_t i = 0; i < walked_.size(); ++i) {
+    Walked& walked = walked_[i];
+    walk(leg_->loops[i].left, pose_, 0, walked.left.fixed, walked.left);
+    walk(leg_->loops[i].right, pose_, 0, walked.right.fixed, walked.right);
+  }
 }
 
-void Loops::walk(const std::vector<Step>& steps, const Pose& pose, Path& path) const {
-  path.frames.resize(steps.size());
-  Matrix3d rotation = Matrix3d::Identity();
-  Vector3d end = Vector3d::Zero();
-  for (std::size_t i = 0; i < steps.size(); ++i) {
-    Frame& frame = path.frames[i];
-    frame.rotation = rotation;
-    frame.start = end;
+void Loops::prepare(const std::vector<Step>& steps, Path& path) const {
+  path.frames.resize(steps.size() + 1);
+  path.frames.front().rotation.setIdentity();
+  path.frames.front().start.setZero();
+  path.posed = steps.size();
+  for (std::size_t i = steps.size(); i-- > 0;) {
+    if (steps[i].kind == Step::Kind::joint &&
+        leg_->joints[static_cast<std::size_t>(steps[i].index)].follows != Joint::kPoseYaw) {
+      path.posed = i;
+    }
+  }
+  path.fixed = path.posed;
+  for (std::size_t i = path.posed; i-- > 0;) {
+    if (steps[i].kind != Step::Kind::transform) {
+      path.fixed = i;
+    }
+  }
+}
+
+void Loops::walk(const std::vector<Step>& steps, const Pose& pose, std::size_t first,
+                 std::size_t last, Path& path) const {
+  Matrix3d rotation = path.frames[first].rotation;
+  Vector3d end = path.frames[first].start;
+  for (std::size_t i = first; i < last; ++i) {
     const auto index = static_cast<std::size_t>(steps[i].index);
     switch (steps[i].kind) {
       case Step::Kind::transform:
@@ -214,41 +244,65 @@ void Loops::walk(const std::vector<Step>& steps, const Pose& pose, Path& path) c
         break;
       case Step::Kind::joint: {
         const Joint& joint = leg_->joints[index];
-        frame.axis = rotation * joint.axis;
+        const int along = axes_[index];
+        Vector3d& axis = path.frames[i].axis;
+        axis = along < 0 ? Vector3d(rotation * joint.axis) : Vector3d(rotation.col(along));
         if (joint.kind == JointKind::slide) {
-          end += values_[index] * frame.axis;
+          end += values_[index] * axis;
+        } else if (along == 0) {
+          turn<0>(rotation, values_[index]);
+        } else if (along == 1) {
+          turn<1>(rotation, values_[index]);
+        } else if (along == 2) {
+          turn<2>(rotation, values_[index]);
         } else {
-          turn(rotation, joint.axis, values_[index]);
+          rotation = rotation * turn_about(joint.axis, values_[index]);
         }
         break;
       }
     }
-    frame.end = end;
+    path.frames[i + 1].rotation = rotation;
+    path.frames[i + 1].start = end;
   }
-  path.rotation = rotation;
-  path.end = end;
 }
 
-void Loops::walk(const Pose& pose, const Joints& own_values) {
+void Loops::stand(const Pose& pose) {
+  pose_ = pose;
   for (std::size_t i = 0; i < values_.size(); ++i) {
     const Joint& joint = leg_->joints[i];
-    followed_[i] = joint.follows == Joint::kPoseYaw
-                       ? std::atan2(pose.rotation(1, 0), pose.rotation(0, 0))
-                       : own_values[column_[i]];
-    values_[i] =
-        joint.follows == Joint::kOwn ? followed_[i] : ratios_[i] * followed_[i] + joint.offset;
+    if (joint.follows == Joint::kPoseYaw) {
+      followed_[i] = std::atan2(pose.rotation(1, 0), pose.rotation(0, 0));
+      values_[i] = ratios_[i] * followed_[i] + joint.offset;
+    }
   }
   for (std::size_t i = 0; i < walked_.size(); ++i) {
     const Loop& loop = leg_->loops[i];
     Walked& walked = walked_[i];
-    walk(loop.left, pose, walked.left);
-    walk(loop.right, pose, walked.right);
+    walk(loop.left, pose, walked.left.fixed, walked.left.posed, walked.left);
+    walk(loop.right, pose, walked.right.fixed, walked.right.posed, walked.right);
+  }
+}
+
+void Loops::walk(const Joints& own_values) {
+  for (std::size_t i = 0; i < values_.size(); ++i) {
+    const Joint& joint = leg_->joints[i];
+    if (joint.follows != Joint::kPoseYaw) {
+      followed_[i] = own_values[column_[i]];
+      values_[i] =
+          joint.follows == Joint::kOwn ? followed_[i] : ratios_[i] * followed_[i] + joint.offset;
+    }
+  }
+  for (std::size_t i = 0; i < walked_.size(); ++i) {
+    const Loop& loop = leg_->loops[i];
+    Walked& walked = walked_[i];
+    walk(loop.left, pose_, walked.left.posed, loop.left.size(), walked.left);
+    walk(loop.right, pose_, walked.right.posed, loop.right.size(), walked.right);
     if (compares_rotation(loop.compares)) {
-      walked.between = walked.left.rotation * walked.right.rotation.transpose();
+      walked.between = walked.left.rotation() * walked.right.rotation().transpose();
       walked.trace = walked.between.trace();
     }
     if (loop.compares == Compares::distance) {
-      walked.apart = (walked.left.end - walked.right.end).normalized();
+      walked.apart = (walked.left.end() - walked.right.end()).normalized();
     }
   }
 }
@@ -264,12 +318,12 @@ Vector3d Loops::Walked::moment(const Vector3d& of_residual, bool is_left) const 
 }
 
 Equations Loops::residual() const {
-  Equations all(equations_);
+  Equations all = Equations::Zero(equations_);
   int row = 0;
   for (std::size_t i = 0; i < walked_.size(); ++i) {
     const Walked& walked = walked_[i];
     const Loop& loop = leg_->loops[i];
-    const Vector3d apart = walked.left.end - walked.right.end;
+    const Vector3d apart = walked.left.end() - walked.right.end();
     if (loop.compares == Compares::distance) {
       all[row++] = apart.norm() - (loop.length_joint >= 0
                                        ? values_[static_cast<std::size_t>(loop.length_joint)]
@@ -280,7 +334,8 @@ Equations Loops::residual() const {
     const Vector3d skew = Vector3d(between(2, 1) - between(1, 2), between(0, 2) - between(2, 0),
                                    between(1, 0) - between(0, 1)) /
                           2;
-    row += put(loop.compares, apart, skew, all.segment(row, equation_count(loop.compares)));
+    add(loop.compares, apart, skew, &all[row]);
+    row += equation_count(loop.compares);
   }
   return all;
 }
@@ -291,8 +346,7 @@ Columns Loops::columns() const {
   for (std::size_t i = 0; i < walked_.size(); ++i) {
     const Walked& walked = walked_[i];
     const Loop& loop = leg_->loops[i];
-    const int count = equation_count(loop.compares);
-    Equations twist(count);
+    const bool turns = compares_rotation(loop.compares);
     for (const bool left : {true, false}) {
       const Path& path = left ? walked.left : walked.right;
       const std::vector<Step>& steps = left ? loop.left : loop.right;
@@ -304,23 +358,22 @@ Columns Loops::columns() const {
         const Joint& joint = leg_->joints[index];
         const Frame& frame = path.frames[k];
         const bool slides = joint.kind == JointKind::slide;
-        const Vector3d move = slides ? frame.axis : frame.axis.cross(path.end - frame.start);
-        const Vector3d spin = slides || !compares_rotation(loop.compares)
-                                  ? Vector3d(Vector3d::Zero())
-                                  : walked.turned(frame.axis, left);
-        if (loop.compares == Compares::distance) {
-          twist[0] = walked.apart.dot(move);
-        } else {
-          put(loop.compares, move, spin, twist);
-        }
+        const Vector3d move = slides ? frame.axis : frame.axis.cross(path.end() - frame.start);
         const double ratio = left ? ratios_[index] : -ratios_[index];
-        all.col(column_[index]).segment(row, count) += ratio * twist;
+        double* const rows = &all(row, column_[index]);
+        if (loop.compares == Compares::distance) {
+          *rows += ratio * walked.apart.dot(move);
+          continue;
+        }
+        const Vector3d spin =
+            slides || !turns ? Vector3d(Vector3d::Zero()) : walked.turned(frame.axis, left);
+        add(loop.compares, ratio * move, ratio * spin, rows);
       }
     }
     if (loop.length_joint >= 0) {
       all(row, column_[static_cast<std::size_t>(loop.length_joint)]) -= 1;
     }
-    row += count;
+    row += equation_count(loop.compares);
   }
   return all;
 }
@@ -356,7 +409,7 @@ void Loops::work(const Equations& closure, Work& work) const {
 void Loops::work_of_path(const std::vector<Step>& steps, const Path& path, const Vector3d& force,
                          const Vector3d& moment, Work& work) const {
   const auto moment_at = [&](const Vector3d& point) -> Vector3d {
-    return moment + (path.end - point).cross(force);
+    return moment + (path.end() - point).cross(force);
   };
   for (std::size_t k = 0; k < steps.size(); ++k) {
     const Frame& frame = path.frames[k];
@@ -374,8 +427,11 @@ void Loops::work_of_path(const std::vector<Step>& steps, const Path& path, const
       }
       continue;
     }
+    if (steps[k].kind == Step::Kind::transform && of_transforms_[index].empty()) {
+      continue;
+    }
     const Vector3d local_force = frame.rotation.transpose() * force;
-    const Vector3d at_end = frame.rotation.transpose() * moment_at(frame.end);
+    const Vector3d at_end = frame.rotation.transpose() * moment_at(path.frames[k + 1].start);
     if (steps[k].kind == Step::Kind::pose) {
       work.pose.head<3>() += local_force;
       work.pose.tail<3>() += at_end;
@@ -414,9 +470,9 @@ std::vector<Vector3d> Loops::places(bool on_sphere) const {
     }
   }
   if (loop.compares == Compares::distance) {
-    all.push_back(walked.left.end);
+    all.push_back(walked.left.end());
   }
-  all.push_back(on_sphere ? Vector3d(walked.right.rotation.col(2)) : walked.right.end);
+  all.push_back(on_sphere ? Vector3d(walked.right.rotation().col(2)) : walked.right.end());
   return all;
 }
 

@@ -57,8 +57,14 @@ class Loops {
   int equations() const { return equations_; }
   const std::vector<int>& own() const { return own_; }
 
-  // Values of the joints that stand by themselves.
-  void walk(const Pose& pose, const Joints& own_values);
+  // At values of the joints that stand by themselves. Steps before the first joint are walked once
+  // a pose.
+  void walk(const Pose& pose, const Joints& own_values) {
+    stand(pose);
+    walk(own_values);
+  }
+  void stand(const Pose& pose);
+  void walk(const Joints& own_values);  // at the last pose
 
   // In base axes: left end less right end, and half the skew part of R_left R_right'.
   Equations residual() const;
@@ -71,14 +77,17 @@ class Loops {
   std::vector<Eigen::Vector3d> places(bool on_sphere) const;
 
  private:
-  struct Frame {  // before and behind a step
+  struct Frame {  // before a step
     Eigen::Matrix3d rotation;
-    Eigen::Vector3d start, end, axis;
+    Eigen::Vector3d start, axis;
   };
   struct Path {
-    std::vector<Frame> frames;
-    Eigen::Matrix3d rotation;
-    Eigen::Vector3d end;
+    std::vector<Frame> frames;  // one more than steps
+    // The first step that depends on the pose, and the first behind it that does on joints.
+    std::size_t fixed = 0, posed = 0;
+
+    const Eigen::Matrix3d& rotation() const { return frames.back().rotation; }
+    const Eigen::Vector3d& end() const { return frames.back().start; }
   };
   struct Walked {
     Path left, right;
@@ -98,12 +107,15 @@ class Loops {
   };
 
   void set_transforms(const std::vector<TransformValues>& values);
-  void walk(const std::vector<Step>& steps, const Pose& pose, Path& path) const;
+  void prepare(const std::vector<Step>& steps, Path& path) const;
+  void walk(const std::vector<Step>& steps, const Pose& pose, std::size_t first, std::size_t last,
+            Path& path) const;
   void work_of_path(const std::vector<Step>& steps, const Path& path, const Eigen::Vector3d& force,
                     const Eigen::Vector3d& moment, Work& work) const;
 
   const Description* leg_;
   std::vector<int> own_, column_;  // the joints by themselves; of each joint whose column it moves
+  std::vector<int> axes_;          // of each joint, of its own frame, or -1
   std::vector<std::vector<Part>> of_transforms_, of_ratios_;
   int equations_ = 0;
   std::vector<TransformGeometry> transforms_;
@@ -111,6 +123,7 @@ class Loops {
   std::vector<double> ratios_;   // of all joints, to what they follow
   std::vector<double> followed_, values_;
   std::vector<Walked> walked_;
+  Pose pose_;
 };
 
 }  // namespace symkin::declared
