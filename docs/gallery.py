@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 import symkin
 from symkin import plot
 from symkin.files.template import mechanism_template
-from symkin.model.chains import PLATFORMS
+from symkin.model.chains import PLATFORMS, legs_in_words
 from symkin.show.skeleton import skeleton_of
 
 ROOT = Path(__file__).parent.parent
@@ -88,7 +88,7 @@ class Gallery(Directive):
             if of_chains:
                 card += nodes.paragraph("", "", nodes.literal("", words))
             else:
-                kind = f"{len(mechanism.legs)} legs {mechanism.chain}, {mechanism.pose_space}"
+                kind = f"{legs_in_words(mechanism.legs)}, {mechanism.pose_space}"
                 card += nodes.paragraph("", "", nodes.literal("", kind))
                 card += nodes.paragraph("", words)
             cards += card

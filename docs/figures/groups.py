@@ -7,9 +7,9 @@ Usage: .venv/bin/python docs/figures/groups.py
 from pathlib import Path
 
 import symkin
-from symkin.files.mechanism_file import shipped_folder
 from symkin.model.symmetry import compare_symmetry, symmetry_pairs
 from symkin.model.symmetry.groups import mechanism_groups
+from symkin.storage.shipped import shipped_files
 
 FOLDER = Path(__file__).parent
 HEADER = (
@@ -38,7 +38,7 @@ def groups_of(path: Path) -> str:
 
 def table() -> str:
     """The table, in Markdown."""
-    return HEADER + "".join(map(groups_of, sorted(shipped_folder().rglob("*.toml"))))
+    return HEADER + "".join(map(groups_of, sorted(shipped_files().values())))
 
 
 if __name__ == "__main__":

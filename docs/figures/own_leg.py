@@ -41,7 +41,7 @@ def universal_joint(axes, centre, along, layer):
         tube(axes, centre - 0.045 * pin, centre + 0.045 * pin, 0.011, BRASS, layer)
 
 
-mechanism = symkin.load_mechanism("../../mechanisms/declared/3UPU.toml")
+mechanism = symkin.load_mechanism("3UPU")
 home = mechanism.home
 readings = mechanism.inverse_kinematics(home)
 figure = plt.figure(figsize=(6.4, 4.6))

@@ -28,14 +28,13 @@ from symkin.model.poses import pose_rows
 from symkin.model.symmetry import (
     NamedGroup,
     SymmetryComparison,
-    SymmetryPair,
     SymmetryPairs,
     compare_symmetry,
     leg_carriers,
     symmetry_group,
     symmetry_pairs,
 )
-from symkin.model.symmetry.groups import core_pair_of, mechanism_groups
+from symkin.model.symmetry.groups import core_pairs, mechanism_groups
 from symkin.model.tolerances import UNKNOWN
 from symkin.options import checks
 from symkin.results import Result
@@ -415,11 +414,8 @@ def _is_quick(chain: ChainInfo) -> bool:
 
 def _leg_poses(mechanism: Mechanism, sample: WorkspaceSample) -> tuple[NDArray[np.float64], ...]:
     """Poses carried to each leg by the element that carries its reference leg (Eqs. 14, 22)."""
-    group, rows = symmetry_group(mechanism), pose_rows(sample)
-    pairs = (
-        each.core if isinstance(each, SymmetryPair) else core_pair_of(group, each)
-        for _, each in leg_carriers(mechanism)
-    )
+    rows = pose_rows(sample)
+    pairs = core_pairs(mechanism, (each for _, each in leg_carriers(mechanism)))
     return tuple(pair.transform_poses(mechanism.core, rows) for pair in pairs)
 
 

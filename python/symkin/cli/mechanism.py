@@ -43,12 +43,14 @@ from symkin.data.sensor_tables import read_all_readings, shown_readings
 from symkin.exports.logs import import_log, log_format_of
 from symkin.exports.reading import import_mechanism
 from symkin.files.template import mechanism_template
+from symkin.model.chains import legs_in_words
 from symkin.model.devices import DEVICES
 from symkin.model.file_frames import as_drawn
 from symkin.options import Platform
 from symkin.show.devices import device_in_words
 from symkin.show.rendering import filled
 from symkin.storage.output_files import OutputFiles
+from symkin.storage.shipped import shipped_folder
 from symkin.storage.tables import csv_text, read_table, write_table
 
 
@@ -103,7 +105,8 @@ def list_mechanisms(
             {
                 "name": name,
                 "chain": mechanism.chain,
-                "legs": len(mechanism.legs),
+                "legs": len(mechanism.leg_readings),
+                "words": legs_in_words(mechanism.legs),
                 "platform": mechanism.pose_space,
                 "symmetry": mechanism.symmetry.group if mechanism.symmetry else None,
                 "description": _first_sentence(mechanism.source),
@@ -114,13 +117,11 @@ def list_mechanisms(
         print_json({"command": "list", "mechanisms": rows})
         return
     for row in rows:
-        apart = "," if " + " in row["chain"] else ""
-        legs = f"{row['legs']} legs{apart} {row['chain']}"
         symmetry = f", {row['symmetry']}" if row["symmetry"] else ""
-        say(f"{row['name']}: {legs}, {row['platform']}{symmetry}")
+        say(f"{row['name']}: {row['words']}, {row['platform']}{symmetry}")
         for line in textwrap.wrap(row["description"], 94):
             say(f"    {line}")
-    say(f"The files are in {rows[0]['file'].parent}.")
+    say(f"The files are in {shipped_folder()}.")
 
 
 def _list_devices(as_json: bool) -> None:

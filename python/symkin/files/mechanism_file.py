@@ -63,7 +63,7 @@ from symkin.model.settings import (
 from symkin.model.symmetry import generate_legs, generate_orbits, verify_declared
 from symkin.model.symmetry.about_axis import declared_pairs
 from symkin.options import checks
-from symkin.storage.shipped import shipped_folder
+from symkin.storage.shipped import shipped_files
 from symkin.storage.toml_file import TomlSource, read_table, read_toml, table, text
 
 _Values = dict[str, Any]
@@ -197,12 +197,12 @@ def shipped_mechanisms() -> list[str]:
     -------
     list of str
     """
-    return sorted(path.stem for path in shipped_folder().glob("*.toml"))
+    return sorted(shipped_files())
 
 
 def is_shipped(path: Path) -> bool:
     """Whether a file is one of those that come with symkin."""
-    return path.parent == shipped_folder()
+    return path == shipped_files().get(path.stem)
 
 
 def _located(path_or_name: str | os.PathLike[str]) -> Path:
@@ -217,8 +217,8 @@ def _located(path_or_name: str | os.PathLike[str]) -> Path:
         raise MechanismFileError(f"is a folder; expected a mechanism file{_within(path)}", path)
     if not is_name or (exists and not is_folder):
         return path
-    shipped = shipped_folder() / f"{path}.toml"
-    if shipped.stem not in names:
+    shipped = shipped_files().get(path.name)
+    if shipped is None:
         raise MechanismFileError(
             "is neither a file nor a shipped mechanism (see `symkin list`)"
             f"{did_you_mean(path.name, names)}",
@@ -607,8 +607,7 @@ def typed_name(mechanism: Mechanism) -> str:
     if source is None:
         return "MECHANISM"
     name = source.stem
-    shipped = name in shipped_mechanisms() and is_shipped(source)
-    typed = shlex.quote(name if shipped else str(source))
+    typed = shlex.quote(name if is_shipped(source) else str(source))
     device = mechanism.device
     try:
         drawn = read_mechanism(source, require_symmetry=False)

@@ -287,18 +287,32 @@ class Leg:
 
 
 def chains_in_words(legs: Sequence[Leg]) -> str:
-    """Return the chain of all legs, or how many there are of each: ``"2 [R]RR + 1 [P]RP"``."""
-    counts = Counter(_label_in_words(leg.chain) for leg in legs)
+    """Return the chain of all legs, or how many there are of each: ``"2 [R]RR + 1 [P]RP"``.
+
+    Closures without a reading are told where they are all of a leg, once.
+    """
+    chains = [leg.chain for leg in legs]
+    groups = readings_of_legs(chains)
+    counts = Counter(
+        _label_in_words(chains[each])
+        for group in groups
+        for each in group
+        if each == group[0] or _is_read(chains[each])
+    )
     if len(counts) == 1:
         return next(iter(counts))
     return " + ".join(f"{count} {chain}" for chain, count in counts.items())
 
 
-def _label_in_words(chain: str) -> str:
+def _is_read(chain: str) -> bool:
     declared = declared_chain(chain)
-    if declared is None or declared.read:
+    return declared is None or bool(declared.read)
+
+
+def _label_in_words(chain: str) -> str:
+    if _is_read(chain):
         return label_of(chain)
-    return f"{declared.table_name} without a reading"
+    return f"{label_of(chain).rpartition('.')[0]} without a reading"
 
 
 def legs_in_words(legs: Sequence[Leg]) -> str:
@@ -310,8 +324,7 @@ def legs_in_words(legs: Sequence[Leg]) -> str:
 def legs_counted(legs: Sequence[Leg]) -> str:
     """Return their number, ``"3 legs"``, and how often these are read if that is not once each."""
     count = len(readings_of_legs([leg.chain for leg in legs]))
-    declared = [declared_chain(leg.chain) for leg in legs]
-    readings = sum(each is None or each.read for each in declared)
+    readings = sum(_is_read(leg.chain) for leg in legs)
     read = f" with {readings} readings" if count < len(legs) else ""
     return f"{count} leg{'' if count == 1 else 's'}{read}"
 

@@ -320,15 +320,28 @@ class Mechanism(Kinematics):
     def named_legs(self, legs: Iterable[int]) -> str:
         """Name legs (from 0) in a message; of several readings of one leg, also which they are.
 
-        ``legs 2, 3``, or ``leg 11 (length of leg 3)``.
+        ``legs 2, 3``, or ``leg 11 (length of leg 3)``. Where all that a leg has is meant, its
+        closures without a reading are not told.
         """
-        places = {
-            reading: f"{label_of(self.chains[reading]).rpartition('.')[2]} of leg {number}"
-            for number, readings in enumerate(self.leg_readings, 1)
-            for reading in readings
-            if len(readings) > 1
-        }
-        return named_legs(legs, places)
+        named = [*legs]
+        places: dict[int, str] = {}
+        for number, readings in enumerate(self.leg_readings, 1):
+            told = readings
+            if {*readings} <= {*named}:
+                told = tuple(leg for leg in readings if leg in self.told_legs)
+                named = [leg for leg in named if leg in told or leg not in readings]
+            if len(told) > 1:
+                places |= {
+                    each: f"{label_of(self.chains[each]).rpartition('.')[2]} of leg {number}"
+                    for each in told
+                }
+        return named_legs(named, places)
+
+    @property
+    def told_legs(self) -> list[int]:
+        """The legs (from 0) that are told of: each reading, and the first closure without any."""
+        firsts = {readings[0] for readings in self.leg_readings}
+        return [leg for leg, read in enumerate(self.is_read) if read or leg in firsts]
 
     @property
     def ties(self) -> tuple[str, ...]:

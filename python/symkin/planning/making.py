@@ -18,7 +18,7 @@ from symkin.analysis.workspace import WorkspaceSample, sample_workspace
 from symkin.data.measurements import ALL_LEGS, Measurements
 from symkin.data.pose_tables import as_poses
 from symkin.data.reading import Measured, as_measurements
-from symkin.errors import NotIdentifiableError, SymkinError, named_legs, one_of
+from symkin.errors import NotIdentifiableError, SymkinError, one_of
 from symkin.estimate.survey import Survey, Unknowns
 from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.model.mechanism import Mechanism
@@ -441,9 +441,8 @@ class _Demands:
         if len(beyond):
             pose, leg = beyond[0].tolist()
             what = "joint limits" if np.isfinite(readings[pose, leg]) else "reach"
-            raise SymkinError(
-                f"required pose {pose + 1} is beyond the {what} of {named_legs([leg])}"
-            )
+            whose = self.mechanism.named_legs([leg])
+            raise SymkinError(f"required pose {pose + 1} is beyond the {what} of {whose}")
 
     @property
     def together(self) -> int:

@@ -38,7 +38,7 @@ from symkin.model.symmetry import (
     observability_group,
     symmetry_group,
 )
-from symkin.model.symmetry.groups import core_pair
+from symkin.model.symmetry.groups import core_pairs
 from symkin.model.tolerances import noise_of, parameter_tolerances
 from symkin.options import Criterion, Design, SelectionMethod, checks
 from symkin.values import Value, field, record
@@ -168,7 +168,7 @@ class LegRows:
             pose_rows(poses),
             one_of("kind of rows", kind, _core.RowKind.__members__),
             noise_of(mechanism.noise),
-            [core_pair(mechanism, each) for each in orbit],
+            core_pairs(mechanism, orbit),
         )
 
     @property

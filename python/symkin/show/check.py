@@ -13,7 +13,6 @@ from symkin.analysis.checks import CheckResult
 from symkin.analysis.conditions import Condition, Conditions
 from symkin.analysis.measurable import MeasurableSymmetry
 from symkin.analysis.promises import left_to_gravity
-from symkin.errors import named_legs
 from symkin.model.chains import legs_in_words
 from symkin.model.file_frames import axis_of_drawing
 from symkin.model.mechanism import Mechanism
@@ -208,8 +207,8 @@ def _negative(result: CheckResult) -> list[str]:
         return []
     shown = ", ".join(milli(float(readings[leg]), "m") for leg in wrong)
     return [
-        f"{named_legs(wrong)} read less than zero at home ({shown}): mind the sign and the offset "
-        "of the sensor, or say by [joint_limits] that this is meant"
+        f"{mechanism.named_legs(wrong)} read less than zero at home ({shown}): mind the sign and "
+        "the offset of the sensor, or say by [joint_limits] that this is meant"
     ]
 
 
@@ -246,7 +245,8 @@ def _legs(result: CheckResult) -> Section:
     mechanism, home = result.mechanism, result.home
     before = [("image of", *(f"leg {leg.reference + 1}" for leg in result.origins))]
     factor, unit = on_paper(mechanism.reading_unit)
-    readings = (setting(factor * value, digits=6) for value in home.readings.round(12) + 0.0)
+    readings = [setting(factor * value, digits=6) for value in home.readings.round(12) + 0.0]
+    readings[mechanism.reading_count :] = [NONE] * int((~mechanism.is_read).sum())
     after = [(f"reading at home, {unit}", *readings)]
     return Section("legs", "Legs", (), [legs_table(mechanism, before, after)])
 

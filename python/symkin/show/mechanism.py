@@ -27,7 +27,6 @@ from symkin.analysis.workspace import (
     least_reach_margin,
     workspace_coordinates,
 )
-from symkin.errors import named_legs
 from symkin.model.chains import legs_counted, legs_in_words
 from symkin.model.declared import declared_chain, label_of
 from symkin.model.mechanism import Mechanism
@@ -111,7 +110,10 @@ def _identified(mechanism: Mechanism) -> str:
         legs_of.setdefault(count, []).append(leg)
     if len(legs_of) == 1:
         return f"{next(iter(legs_of))} parameters to identify on each"
-    on = (f"{count} on {'each of ' * (len(w) > 1)}{named_legs(w)}" for count, w in legs_of.items())
+    on = []
+    for count, which in legs_of.items():
+        named = mechanism.named_legs(which)
+        on.append(f"{count} on {'each of ' * named.startswith('legs')}{named}")
     return f"parameters to identify: {'; '.join(on)}"
 
 
@@ -139,14 +141,20 @@ def legs_table(
     A parameter whose unit is not that of leg 1 says so in its cell; one that a leg does not have
     has an empty one.
     """
-    rows = [
-        *([("chain", *map(label_of, mechanism.chains))] if mechanism.mixed else []),
+    legs = mechanism.told_legs
+    chains = [
+        chain if mechanism.is_read[leg] else chain.rpartition(".")[0] or chain
+        for leg, chain in enumerate(map(label_of, mechanism.chains))
+    ]
+    rows: list[Sequence[str]] = [
+        *([("chain", *chains)] if mechanism.mixed else []),
         *before,
         ("working mode", *(f"{mode:+d}" for mode in mechanism.working_modes)),
         *(_parameter_row(mechanism, index) for index in range(len(mechanism.parameter_names))),
         *after,
     ]
-    columns = ("", *leg_columns(len(mechanism.legs)))
+    rows = [(row[0], *(row[1 + leg] for leg in legs)) for row in rows]
+    columns = ("", *leg_columns(legs))
     return Table("The legs", columns, [Group(rows)], brief=True)
 
 
@@ -181,7 +189,7 @@ def held_parameters(mechanism: Mechanism) -> list[str]:
         legs.setdefault((names, why), []).append(leg)
     return [
         f"Held as it was drawn is {' and '.join(names)}"
-        + ("" if len(legs) == 1 else f" of {named_legs(which)}")
+        + ("" if len(legs) == 1 else f" of {mechanism.named_legs(which)}")
         + f": {reason}, as the sensor's offset does."
         for (names, reason), which in legs.items()
         if names
@@ -197,7 +205,7 @@ def _recognised(mechanism: Mechanism) -> list[str]:
             found.setdefault(known, []).append(leg)
     every = len(mechanism.legs)
     return [
-        f"{'Every leg' if len(which) == every else named_legs(which).capitalize()} "
+        f"{'Every leg' if len(which) == every else mechanism.named_legs(which).capitalize()} "
         f"{'is' if len(which) in (1, every) else 'are'} the known chain {known}, and computed as "
         "that."
         for known, which in found.items()
@@ -232,7 +240,9 @@ def _held_of_declared(mechanism: Mechanism) -> list[str]:
         (exact, "called exact by the file"),
     ):
         for names, which in legs.items():
-            of_legs = "" if len(which) == len(mechanism.legs) else f" of {named_legs(which)}"
+            of_legs = (
+                "" if len(which) == len(mechanism.legs) else f" of {mechanism.named_legs(which)}"
+            )
             sentences.append(f"Held as drawn: {', '.join(names)}{of_legs}; {why}.")
     if redundant:
         sentences.append(
@@ -287,7 +297,7 @@ def _drawing(
 
 def _structure(mechanism: Mechanism) -> list[Sequence[str]]:
     rows: list[Sequence[str]] = [
-        ("legs", str(len(mechanism.legs))),
+        ("legs", str(len(mechanism.leg_readings))),
         ("chain (actuated joint in brackets)", mechanism.chain),
         ("platform", _PLATFORMS[mechanism.pose_space]),
         ("sensor reading", mechanism.reading_unit),
@@ -300,7 +310,7 @@ def _structure(mechanism: Mechanism) -> list[Sequence[str]]:
     for description, legs in legs_of.items():
         if not description.startswith("without meaning"):
             modes = ", ".join(setting(mechanism.working_modes[leg]) for leg in legs)
-            whose = f" of {named_legs(legs)}" if mechanism.mixed else ""
+            whose = f" of {mechanism.named_legs(legs)}" if mechanism.mixed else ""
             rows.append((f"working modes{whose}", f"{modes} ({description})"))
     limits = mechanism.reading_limits
     if np.isfinite(limits).any():

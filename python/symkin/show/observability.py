@@ -123,7 +123,7 @@ def observability_section(
     # Whose indices they are: those that a plan's selection made large.
     of = "Indices" if rows == "paper" else "Indices, of the noise-aware rows"
     groups = [Group(visible, f"{_R}, SI units"), Group(shares, of), Group(ranks, "Identifiability")]
-    columns = ("", *leg_columns(len(legs)), "Largest relative deviation")
+    columns = ("", *leg_columns(range(len(legs))), "Largest relative deviation")
     title = "Observability of every leg at its own poses"
     table = Table(title, columns, groups)
     return Section("observability", "Observability", paragraphs, [bars, table])
@@ -136,7 +136,7 @@ def singular_values_table(legs: Sequence[Observability]) -> Table:
         (f"s_{number}", *(NONE if value is None else significant(value) for value in values))
         for number, values in enumerate(all_values, 1)
     ]
-    columns = ("", *leg_columns(len(legs)))
+    columns = ("", *leg_columns(range(len(legs))))
     return Table("Singular values, columns scaled to length one", columns, [Group(rows)])
 
 

@@ -13,7 +13,6 @@ from symkin.analysis.measurable import measurable_symmetry
 from symkin.analysis.promises import ExpectedAccuracy, left_to_gravity
 from symkin.analysis.workspace import WorkspaceSample
 from symkin.data.sensor_tables import shown_readings
-from symkin.errors import named_legs
 from symkin.estimate.survey import SILENT
 from symkin.files.mechanism_file import typed_name
 from symkin.model.chains import legs_in_words
@@ -283,14 +282,15 @@ def plan_section(plan: Plan, simulation: Simulation | None = None) -> Section:
     columns = ("Set of", "Poses", "Spares", *(("Replaced by spares",) if simulation else ()))
     parts = [Table("Planned poses", columns, [Group(rows)])]
     if plan.basis is not None:
-        parts.append(_selections(plan.basis))
+        parts.append(_selections(plan.mechanism, plan.basis))
     return Section("plan", "Plan", _paragraphs(plan, simulation), parts)
 
 
 def _sheet_section(plan: Plan) -> Section:
     """The poses in the order of measuring, to print and tick."""
     mechanism, space = plan.mechanism, plan.mechanism.space
-    poses, readings = as_drawn(mechanism, plan.poses), shown_readings(mechanism, plan.readings)
+    poses = as_drawn(mechanism, plan.poses)
+    readings = shown_readings(mechanism, plan.readings)[:, mechanism.is_read]
     angles, turned = poses[:, space.size :], space.orientation
     if space.has_quaternion:
         angles, turned = vectors_from_quaternions(angles), ("rx", "ry", "rz")
@@ -340,7 +340,7 @@ def _decimals(unit: str, factor: float) -> int:
     return max(0, math.ceil(-math.log10(least * factor)))
 
 
-def _selections(basis: PlanBasis) -> Table:
+def _selections(mechanism: Mechanism, basis: PlanBasis) -> Table:
     """What was chosen for which legs, and how far it can be from the best."""
     rows = []
     for choice in basis.choices:
@@ -350,7 +350,7 @@ def _selections(basis: PlanBasis) -> Table:
         shares = (found.efficiency, found.o1_efficiency, found.efficiency_repeats)
         shown = [f"{100 * share:.2f}{_PERCENT}" for share in shares]
         proven = "yes" if found.proven_optimal else "no"
-        rows.append([named_legs(choice.legs), said, *shown, proven])
+        rows.append([mechanism.named_legs(choice.legs), said, *shown, proven])
     columns = ["For", f"Value of {basis.criterion}", "Efficiency", "Of the determinant"]
     columns += ["With repeats", "Proven optimal"]
     return Table("Selections and their certificates", columns, [Group(rows)])

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from pathlib import Path
 
 from symkin.analysis.promises import ExpectedAccuracy
@@ -196,9 +197,9 @@ def has_lengths(mechanism: Mechanism) -> bool:
     return any("m" in mechanism.parameter_units(leg) for leg in range(len(mechanism.legs)))
 
 
-def leg_columns(count: int) -> tuple[str, ...]:
-    """Headings of a table with a column a leg."""
-    return tuple(f"Leg {leg + 1}" for leg in range(count))
+def leg_columns(legs: Iterable[int]) -> tuple[str, ...]:
+    """Headings of a table with a column a leg (from 0)."""
+    return tuple(f"Leg {leg + 1}" for leg in legs)
 
 
 def pose_coordinates(space: PoseSpace) -> tuple[tuple[str, str], ...]:

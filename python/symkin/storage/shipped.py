@@ -6,7 +6,7 @@ from __future__ import annotations
 import functools
 from pathlib import Path
 
-__all__ = ["located", "portable", "shipped_folder"]
+__all__ = ["located", "portable", "shipped_files", "shipped_folder"]
 
 
 @functools.cache
@@ -17,12 +17,18 @@ def shipped_folder() -> Path:
     return installed if installed.is_dir() else package.parents[1] / "mechanisms"
 
 
+@functools.cache
+def shipped_files() -> dict[str, Path]:
+    """Return the files of the shipped mechanisms by name, those of declared legs among them."""
+    return {path.stem: path for path in sorted(shipped_folder().rglob("*.toml"))}
+
+
 def portable(path: Path) -> str:
     """Return a file as another machine may know it: a shipped name, the way from here, or its name.
 
     See `located`.
     """
-    if path.parent == shipped_folder():
+    if path == shipped_files().get(path.stem):
         return path.stem
     own, here = path.resolve(), Path.cwd()
     return (own.relative_to(here) if own.is_relative_to(here) else Path(path.name)).as_posix()
@@ -30,5 +36,4 @@ def portable(path: Path) -> str:
 
 def located(name: str) -> Path:
     """Return the file that `portable` told of."""
-    shipped = shipped_folder() / f"{name}.toml"
-    return shipped if Path(name).name == name and shipped.is_file() else Path(name)
+    return shipped_files().get(name, Path(name))

@@ -28,6 +28,7 @@ def test_list_names_every_shipped_mechanism_and_says_what_it_is(symkin: Run) -> 
     assert sorted(rows) == library.shipped_mechanisms()
     assert rows["5bar"]["platform"] == "point"
     assert rows["3RRR_asymmetric"]["symmetry"] is None
+    assert "tricept: 4 legs with 3 readings, 3 strut + 1 middle without a reading" in listed.out
     for row in rows.values():
         assert row["description"].endswith(".")
         assert Path(row["file"]).is_file()
@@ -60,7 +61,7 @@ def test_a_chain_that_cannot_be_is_answered(
 @pytest.mark.parametrize(
     ("typed", "completions"),
     [
-        ("symkin check 3RR", {"3RRP", "3RRR", "3RRR_asymmetric"}),
+        ("symkin check 3RR", {"3RRP", "3RRR", "3RRR_asymmetric", "3RRR_encoders", "3RRR_four_bar"}),
         ("symkin ide", {"identify", "identify-batch"}),
         ("symkin new --chain [R]P", {"[R]PR"}),
     ],

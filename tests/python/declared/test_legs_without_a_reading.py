@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 import symkin
 from symkin.errors import SymkinError
 from symkin.planning.simulation import disturb
+from symkin.present import page_of
 
 Array = NDArray[np.float64]
 FOLDER = Path(__file__).parents[3] / "mechanisms" / "declared"
@@ -119,7 +120,13 @@ def test_closures_without_a_reading_stand_behind_the_readings_as_legs() -> None:
     assert other.leg_readings == ((0, 3, 4), (1, 5), (2,))
     assert [each.core.mobility for each in (tricept, other)] == [3, 4]
     assert [each.free for each in (tricept, other)] == [(2, 3, 4), (0, 2, 3, 4)]
-    assert "4 legs with 3 readings, 3 strut + 3 middle without a reading" in str(tricept)
+    assert "4 legs with 3 readings, 3 strut + 1 middle without a reading" in str(tricept)
+    assert "3 legs with 4 readings, 1 turned.hinge + 1 turned.q + 1 rps.q + 1 ups" in str(other)
+    assert tricept.named_legs([0, 3, 4, 5]) == "legs 1, 4"
+    assert tricept.named_legs([4]) == "leg 5 (closure_2 of leg 4)"
+    assert other.named_legs([1, 2, 5]) == "legs 2, 3"
+    assert other.named_legs([0, 3]) == "legs 1 (hinge of leg 1), 4 (q of leg 1)"
+    assert [each.told_legs for each in (tricept, other)] == [[0, 1, 2, 3]] * 2
     assert not {"sensor_gain", "sensor_offset"} & {*tricept.estimated_names(3), *tricept.held[3]}
 
 
@@ -149,6 +156,8 @@ def test_tables_have_no_columns_of_what_no_sensor_reads(
     head = (tmp_path / "measured.csv").read_text().splitlines()[0].split(",")
     psi = [f"psi_{leg + 1}_{robot.reading_unit}" for leg in range(robot.reading_count)]
     assert [name for name in head if name.startswith("psi")] == psi
+    sheet = next(each for each in page_of(plan).sections if each.anchor == "sheet").parts[0]
+    assert sum(name.startswith("Reading") for name in sheet.columns) == robot.reading_count
     again = symkin.read_measurements(tmp_path / "measured.csv", robot)
     np.testing.assert_array_equal(again.readings, measured.readings)
     made = disturb(robot, seed=3)

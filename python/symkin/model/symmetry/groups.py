@@ -6,7 +6,7 @@ from __future__ import annotations
 import copyreg
 import dataclasses
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -44,8 +44,8 @@ __all__ = [
     "SymmetryFrame",
     "SymmetryGroup",
     "carrier_words",
-    "core_pair",
     "core_pair_of",
+    "core_pairs",
     "declared_about_z",
     "declared_group",
     "describe_element",
@@ -630,17 +630,27 @@ def map_poses(
     -------
     ndarray, shape (N, coordinates)
     """
-    return core_pair(mechanism, element).transform_poses(mechanism.core, pose_rows(poses))
+    (pair,) = core_pairs(mechanism, [element])
+    return pair.transform_poses(mechanism.core, pose_rows(poses))
 
 
-def core_pair(mechanism: Mechanism, element: Carrying | str) -> _core.SymmetryPair:
-    """Return what an element, or one by its label, does to base and platform."""
-    if isinstance(element, str) and element.startswith("p"):
-        element = symmetry_pairs(mechanism).parse(element)
-    if isinstance(element, SymmetryPair):
-        return element.core
-    group = symmetry_group(mechanism)
-    return core_pair_of(group, group.parse(element) if isinstance(element, str) else element)
+def core_pairs(
+    mechanism: Mechanism, elements: Iterable[Carrying | str]
+) -> list[_core.SymmetryPair]:
+    """Return what elements, or those of such labels, do to base and platform."""
+    group: SymmetryGroup | None = None  # found once, if at all
+    pairs = []
+    for each in elements:
+        element = each
+        if isinstance(element, str) and element.startswith("p"):
+            element = symmetry_pairs(mechanism).parse(element)
+        if isinstance(element, SymmetryPair):
+            pairs.append(element.core)
+            continue
+        group = group or symmetry_group(mechanism)
+        own = group.parse(element) if isinstance(element, str) else element
+        pairs.append(core_pair_of(group, own))
+    return pairs
 
 
 def core_pair_of(group: SymmetryGroup, element: SymmetryElement) -> _core.SymmetryPair:
