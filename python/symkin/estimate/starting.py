@@ -29,9 +29,10 @@ __all__ = ["setup_by_points", "starting_poses"]
 
 Array = NDArray[np.float64]
 
-_PARTS = 8  # of the way from a start
+_PARTS = 4  # of the way from a start,
+_MORE = 8  # and steps at its end, at most
 _OPEN = 1e-6  # of the largest singular value: a direction that a row leaves open
-_STILL = 1e-9  # of the characteristic length: a step that ends it
+_STILL = 1e-6  # of the characteristic length: a step that ends it
 _NEAR = 0.05  # of the characteristic length: what a drawing may be off by
 
 
@@ -91,20 +92,25 @@ def _followed(
 
     Of the closures of the legs that were read and of what was measured of poses, the shortest steps
     of least squares, while both go from what they are at the start to what was observed. NaN for a
-    row that does not come near.
+    row that does not come near, which is followed until a step does not halve what is left.
     """
     space = mechanism.space
     known = whole(starts)
     poses = np.where(known[:, None], starts, np.atleast_2d(mechanism.home))
     there = transforms(space.name, np.where(np.isnan(measurements.poses), 0.5, measurements.poses))
-    first, _ = _misfits(mechanism, setup, measurements, poses, there)
+    at = transforms(space.name, poses)
+    first, _ = _misfits(mechanism, setup, measurements, poses, at, there)
     length = mechanism.characteristic_length
     scale = np.repeat([1.0, length], [space.size, len(space.rotation)])
-    for step in (*range(1, _PARTS + 1), *(_PARTS,) * _PARTS):
-        left, by_pose = _misfits(mechanism, setup, measurements, poses, there)
+    off = np.full(len(poses), np.inf)
+    for step in (*range(1, _PARTS + 1), *(_PARTS,) * _MORE):
+        left, by_pose = _misfits(mechanism, setup, measurements, poses, at, there)
         wanted = left - (1 - step / _PARTS) * first
         usable = np.isfinite(wanted).all(axis=1) & np.isfinite(by_pose).all(axis=(1, 2))
         known = known & usable
+        if step == _PARTS:
+            before, off = off, np.abs(left).max(axis=1)
+            known &= (off < _NEAR * length) | (off < before / 2)
         if not known.any():
             break
         inverse = np.linalg.pinv(np.where(known[:, None, None], by_pose / scale, 0.0), _OPEN)
@@ -113,10 +119,10 @@ def _followed(
         tangents[:, space.components] = moves
         if step == _PARTS and np.abs(moves * scale).max() < _STILL * length:
             break
-        old = transforms(space.name, poses)
-        turned = rotations_from_vectors(tangents[:, 3:]) @ old.rotation
-        poses = poses_of(space.name, Transform(turned, old.translation + tangents[:, :3]))
-    left, _ = _misfits(mechanism, setup, measurements, poses, there)
+        turned = rotations_from_vectors(tangents[:, 3:]) @ at.rotation
+        at = Transform(turned, at.translation + tangents[:, :3])
+        poses = poses_of(space.name, at)
+    left, _ = _misfits(mechanism, setup, measurements, poses, at, there)
     reached = np.abs(left).max(axis=1) < _NEAR * length
     return np.where((known & reached)[:, None], poses, np.nan)
 
@@ -126,12 +132,13 @@ def _misfits(
     setup: _core.Setup,
     measurements: Measurements,
     poses: Array,
+    platform: Transform,
     measured: Transform,
 ) -> tuple[Array, Array]:
     """What closures and measured coordinates are off by, (N, r), and by the pose's tangent.
 
-    Poses as measured have something in place of what was not. Orientations count at the
-    characteristic length; what was not observed is zero.
+    The poses are where the platform is; those as measured have something in place of what was not.
+    Orientations count at the characteristic length; what was not observed is zero.
     """
     space, length = mechanism.space, mechanism.characteristic_length
     misfits, rows = [], []
@@ -145,7 +152,6 @@ def _misfits(
         misfits.append(np.where(read[:, None], closures, 0.0))
         rows.append(np.where(read[:, None, None], by_pose, 0.0))
     base, target = (Transform(each.rotation, each.position) for each in (setup.base, setup.target))
-    platform = transforms(space.name, poses)
     seen = base @ platform @ target
     off = between(measured, seen)
     arms = np.einsum("nij,j->ni", platform.rotation, target.translation)

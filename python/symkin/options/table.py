@@ -53,7 +53,7 @@ _ALL = (
            help="Replace the files of an earlier run, or remove those not written again; never one "
                 "that is read."),
     Option("report", bool, default=True,
-           help="Draw the page, which takes about as long as all else."),
+           help="Draw the page, which takes a third of the time."),
     Option("all_figures", bool, default=False,
            help="Draw the page's figures for details too, which that of a good result leaves out."),
     Option("units", str, default="", metavar="UNITS",
@@ -98,6 +98,7 @@ _ALL = (
     Option("least_gain", float, default=0.02, metavar="SHARE", least=0, most=1, seldom=_CHOOSING,
            help="Of the position error, that another pose must save to be worth while."),
     Option("confidence", float, default=0.95, metavar="SHARE", least=0.5, most=0.9999, unit="1",
+           seldom=_FITTING,
            help="Of all such robots, that shall keep the accuracy, such as 0.95 or 95%."),
     # What is observed
     Option("observe", list[Observable], metavar="KIND", objects=True,
