@@ -53,11 +53,12 @@ def structure_of(mechanism: Mechanism, poses: ArrayLike | None = None) -> Struct
     Raises
     ------
     SymkinError
-        For a chain that is not in `LEGS`, curved sensors, or a leg that does not reach home.
+        For a chain that has no model, curved sensors, or a leg that does not reach home.
     """
     if any(mechanism.leg_info(leg).declared for leg in range(len(mechanism.legs))):
         return _declared_structure(mechanism, poses)
-    known = LEGS if mechanism.space.moves else LEGS_ON_A_SPHERE
+    written = LEGS if mechanism.space.moves else LEGS_ON_A_SPHERE
+    known = (*written, _PINNED) if mechanism.space.moves else (*written,)
     for number, chain in enumerate(mechanism.chains, 1):
         if chain not in known:
             which = f" (leg {number})" if mechanism.mixed else ""
@@ -73,6 +74,7 @@ def structure_of(mechanism: Mechanism, poses: ArrayLike | None = None) -> Struct
         raise SymkinError(f'home of "{mechanism.name}" is out of reach; a model is built there')
     platform = transforms(mechanism.pose_space, rows)
     bodies: list[Body] = []
+    pins: list[Body] = []
     closures: list[Closure] = []
     values: dict[str, Array] = {}
     far = 0.0 if mechanism.space.moves else _SPHERE
@@ -80,15 +82,22 @@ def structure_of(mechanism: Mechanism, poses: ArrayLike | None = None) -> Struct
         own, travel = mechanism.legs[leg].parameters, gain * readings[:, leg]
         point = platform_point(own)
         ends = platform.translation + platform.rotation @ point
-        links, tip, passive = known[mechanism.chains[leg]](f"leg{leg + 1}", own, travel, ends)
+        name, other = f"leg{leg + 1}", "platform"
+        if mechanism.chains[leg] == _PINNED:
+            links, tip = [_carriage(name, own)], np.zeros(3)
+            pin, passive = _pin(name, own, travel, links[0], Transform(platform.rotation, ends))
+            pins.append(pin)
+            other, point = pin.name, np.zeros(3)
+        else:
+            links, tip, passive = written[mechanism.chains[leg]](name, own, travel, ends)
         bodies += links
-        closures.append(Closure(f"leg{leg + 1}_end", links[-1].name, tip, point))
-        values |= {f"leg{leg + 1}_active": travel, **passive}
+        closures.append(Closure(f"{name}_end", links[-1].name, tip, point, other))
+        values |= {f"{name}_active": travel, **passive}
         far = max(far, float(np.linalg.norm(links[0].position - platform.translation[0])))
     body, moves = _platform(mechanism.pose_space, rows)
     values |= moves
     return Structure(
-        (*bodies, body),
+        (*bodies, body, *pins),
         tuple(closures),
         {name: each[1:] for name, each in values.items()},
         {name: each[0] for name, each in values.items()},
@@ -188,6 +197,16 @@ def _crank_in_plane(name: str, own: Mapping[str, float], travel: Array, ends: Ar
 
 def _slider(name: str, own: Mapping[str, float], travel: Array, ends: Array) -> _Leg:
     """[P]RR, whose guide runs along the normal of the direction to its foot, [P]US and [P]RS."""
+    slider = _carriage(name, own)
+    links = ends - slider.position - np.outer(travel, slider.joints[0].axis)
+    distal, values = _hung(own)(
+        name, "distal", slider.name, np.zeros(3), own["distal_length"], links
+    )
+    return [slider, distal], distal.tip, values
+
+
+def _carriage(name: str, own: Mapping[str, float]) -> Body:
+    """What slides on a guide of the base."""
     if "guide_azimuth" not in own:
         along = _rho(own["base_angle"] + np.pi / 2)
     else:
@@ -197,12 +216,18 @@ def _slider(name: str, own: Mapping[str, float], travel: Array, ends: Array) -> 
         along = along + np.sin(swing) * tau
     start = _point(own, "base") + own["sensor_offset"] * along
     active = Joint(f"{name}_active", "slide", along)
-    slider = Body(f"{name}_slider", "", start, np.eye(3), (active,), np.zeros(3))
-    links = ends - start - np.outer(travel, along)
-    distal, values = _hung(own)(
-        name, "distal", slider.name, np.zeros(3), own["distal_length"], links
-    )
-    return [slider, distal], distal.tip, values
+    return Body(f"{name}_slider", "", start, np.eye(3), (active,), np.zeros(3))
+
+
+def _pin(
+    name: str, own: Mapping[str, float], travel: Array, slider: Body, feet: Transform
+) -> tuple[Body, dict[str, Array]]:
+    """The pin of [P]RP, which slides on the platform's guide; feet of that are as it turns."""
+    along = _rho(own["platform_angle"] + np.pi / 2)
+    joint = Joint(f"{name}_passive", "slide", along)
+    pin = Body(f"{name}_pin", "platform", _point(own, "platform"), np.eye(3), (joint,), np.zeros(3))
+    ways = slider.position + np.outer(travel, slider.joints[0].axis) - feet.translation
+    return pin, {joint.name: np.einsum("ni,ni->n", ways, feet.rotation @ along)}
 
 
 def _strut(name: str, own: Mapping[str, float], _travel: Array, ends: Array) -> _Leg:
@@ -262,6 +287,7 @@ LEGS: dict[str, Callable[[str, Mapping[str, float], Array, Array], _Leg]] = {
     "[P]RS": _slider,
 }
 LEGS_ON_A_SPHERE = {"[R]RR": _arm_on_sphere}
+_PINNED = "[P]RP"  # its last guide is on the platform, whose body its pin is
 
 
 _Hung = Callable[[str, str, str, Array, float, Array], tuple[Body, dict[str, Array]]]

@@ -20,6 +20,7 @@ from symkin.exports.reading import import_mechanism
 PLANAR = ("3RRR", "5bar", "4RRR", "3PRR", "3RPR")
 SPATIAL = ("hexapod_jugglebot", "linear_delta", "rotary_delta", "hexaglide", "hexa")
 BOUND = ("3RPS", "3PRS")  # platforms that the legs bind
+PINNED = ("3PRP", "2RRR_PRP")  # pins on guides of the platform
 MEASURED = ("3RRR", "5bar", "hexapod_jugglebot", "linear_delta")
 
 
@@ -76,7 +77,7 @@ def test_readings_that_mujoco_finds_at_a_thousand_poses_are_those_of_our_inverse
     assert worst_reading < 1e-9 * size(robot)
 
 
-@pytest.mark.parametrize("name", [*PLANAR, *SPATIAL, *BOUND, "agile_eye"])
+@pytest.mark.parametrize("name", [*PLANAR, *PINNED, *SPATIAL, *BOUND, "agile_eye"])
 def test_our_values_of_all_joints_close_the_loops_in_mujoco(
     name: str, made: Callable, mujoco: Any
 ) -> None:
@@ -231,8 +232,8 @@ def test_a_foreign_model_is_refused(text: str, words: str, tmp_path: Path) -> No
 
 @pytest.mark.parametrize("to", ["mjcf", "urdf", "sdf"])
 def test_a_robot_that_has_no_model_is_refused_in_words(to: str) -> None:
-    with pytest.raises(SymkinError, match=re.escape('not written for chain "[P]RP"; expected')):
-        symkin.export(symkin.load_mechanism("3PRP"), to)
+    with pytest.raises(SymkinError, match=re.escape('not written for chain "[R]RP"; expected')):
+        symkin.export(symkin.load_mechanism("3RRP"), to)
     bent = symkin.load_mechanism("5bar").replace(curvature=[[0.1, 0, 0], [0, 0, 0]])
     with pytest.raises(SymkinError, match="not straight lines"):
         symkin.export(bent, to)
