@@ -73,7 +73,7 @@ def test_an_export_is_one_json_document(symkin: Callable, tmp_path: Path) -> Non
 
 def test_what_cannot_be_exported_is_refused(refused: Callable, tmp_path: Path) -> None:
     refused("export", "3RRR", "--to", "klipper", words="linear deltas, 3 legs [P]US")
-    refused("export", "3PRP", "--to", "sdf", words='not written for chain "[P]RP"')
+    refused("export", "3RRP", "--to", "sdf", words='not written for chain "[R]RP"')
     refused("export", "5bar", "--to", "table", words="(--nominal)")
     delta = ("export", "linear_delta", "--to", "klipper")
     refused(*delta, words="(--endstops, or [joint_limits] in the file)")
