@@ -9,6 +9,11 @@ once, and identified with the tolerances as priors and with fitted ones. Of both
 error is the root mean square over robots and a sample of the workspace; the ratios, fitted over
 tolerances, have their 95% interval from the scatter of the robots. "in 95%" is the share of the
 parameters whose 95% interval holds the truth; the last columns are medians of what was fitted.
+
+    .venv/bin/python benchmarks/common_share.py bound [POSES] [MECHANISM ...]
+
+prints instead what a prior gains to first order that knows the share, and that it is 0.9: no other
+can gain more on average. A robot a design is measured for it.
 """
 
 import sys
@@ -16,6 +21,7 @@ import sys
 import numpy as np
 
 import symkin
+from symkin.estimate.fitted_prior import _alike as alike_by_symmetry
 from symkin.model.symmetry.roles import role_images
 from symkin.model.tolerances import parameter_tolerances
 
@@ -24,6 +30,7 @@ MADE = ((0.9, 1.0), (0.5, 1.0), (0.0, 1.0), (0.9, 0.3), (0.0, 3.0))
 PRIORS = ("tolerances", "fitted")
 WITHIN = 1.959963984540054
 DRAWS = 1000  # of the bootstrap
+STEP = 1e-3  # tolerances
 
 
 def made(mechanism: symkin.Mechanism, share: float, scale: float, seed: int) -> symkin.Mechanism:
@@ -86,6 +93,60 @@ def row(
     )
 
 
+def bound(mechanism: symkin.Mechanism, poses: int, design: str, share: float) -> list[float]:
+    """Errors of position and orientation under the true prior, over those under tolerances."""
+    plan = symkin.plan(mechanism, poses, design=design)
+    taken = symkin.simulate(mechanism, plan, 0).measurements
+    if design == "legs":
+        taken = taken.subset(np.flatnonzero(taken.leg_sets == 0))
+    found = symkin.identify(mechanism, taken, prior="tolerances")
+    own = np.eye(len(found.names))
+    legs = [int(name[3:].partition(".")[0]) - 1 for name in found.names]
+    places = [mechanism.parameter_names.index(name.partition(".")[2]) for name in found.names]
+    tolerances = np.asarray(parameter_tolerances(mechanism))[legs, places]
+    covariance = found.model_covariance / np.outer(tolerances, tolerances)
+    shown, directions = np.linalg.eigh(np.linalg.inv(covariance) - own)
+    information = directions * shown.clip(0) @ directions.T
+    kinds, alike = alike_by_symmetry(mechanism, [*found.names])
+    alike = alike * (kinds[:, None] == kinds)
+    drawn = share * alike + (1 - share) * own
+    known = np.linalg.inv(information + np.linalg.inv(drawn))
+    filtered = np.linalg.inv(information + own)
+    taken_as_own = filtered @ (information + drawn) @ filtered
+    where = symkin.sample_workspace(mechanism, 100, seed=1).poses
+    readings = mechanism.inverse_kinematics(where)
+    columns = []
+    for leg, place, tolerance in zip(legs, places, tolerances, strict=True):
+        moved = []
+        for way in (1, -1):
+            parameters = mechanism.parameters.copy()
+            parameters[leg, place] += way * STEP * tolerance
+            other = mechanism.with_parameters(parameters, symmetry=None)
+            moved.append(other.forward_kinematics(readings)[0])
+        columns.append((moved[0] - moved[1]) / (2 * STEP))
+    moves, size = np.stack(columns, axis=-1), mechanism.space.size
+    parts = [part for part in (moves[:, :size], moves[:, size:]) if part.shape[1]]
+    return [
+        float(np.sqrt(np.divide(*(np.einsum("pci,ij,pcj->", part, each, part) for each in both))))
+        for part in parts
+        for both in [(known, taken_as_own)]
+    ]
+
+
+def bounds(poses: int, names: list[str]) -> None:
+    """Print a row for each mechanism and design."""
+    print(f"a known share of 0.9 over tolerances, {poses} poses, to first order")
+    print(f"{'mechanism':20}{'design':>11}{'position':>10}{'orientation':>13}")
+    for name in names:
+        mechanism = symkin.load_mechanism(name)
+        for design in ("legs", "mechanism"):
+            ratios = bound(mechanism, poses, design, 0.9)
+            told = "".join(
+                f"{each:{width}.3f}" for each, width in zip(ratios, (10, 13), strict=False)
+            )
+            print(f"{name:20}{design:>11}{told}", flush=True)
+
+
 def main(robots: int, poses: int, design: str, names: list[str]) -> None:
     """Print a row for each share and scale of each mechanism."""
     print(f"{robots} robots a row, {poses} poses, design {design}; errors in um")
@@ -102,10 +163,10 @@ def main(robots: int, poses: int, design: str, names: list[str]) -> None:
 if __name__ == "__main__":
     given = sys.argv[1:]
     counts = [int(each) for each in given if each.isdigit()]
-    designs = [each for each in given if each in ("legs", "mechanism")]
-    main(
-        *(counts + [100, 8][len(counts) :]),
-        (designs or ["legs"])[0],
-        [each for each in given if not each.isdigit() and each not in designs]
-        or ["3RRR", "hexapod_jugglebot"],
-    )
+    designs = [each for each in given if each in ("legs", "mechanism", "bound")]
+    named = [each for each in given if not each.isdigit() and each not in designs]
+    names = named or ["3RRR", "hexapod_jugglebot"]
+    if designs == ["bound"]:
+        bounds((counts or [8])[0], names)
+    else:
+        main(*(counts + [100, 8][len(counts) :]), (designs or ["legs"])[0], names)

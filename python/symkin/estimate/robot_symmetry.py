@@ -19,6 +19,7 @@ from symkin.analysis.workspace import sample_workspace
 from symkin.errors import SymkinError
 from symkin.estimate.found import Found
 from symkin.model.mechanism import Mechanism
+from symkin.model.poses import transforms
 from symkin.model.symmetry import SymmetryPair, symmetry_pairs
 from symkin.model.tolerances import parameter_tolerances
 from symkin.results import Result
@@ -29,8 +30,7 @@ __all__ = ["ElementTest", "ErrorKind", "RobotSymmetry", "robot_symmetry"]
 Array = NDArray[np.float64]
 
 _POSES = 60
-_STEP = 1e-3  # tolerances, of parameters; a thousandth of which moves frames, m and rad
-_SMALL = 1e-9  # of the largest eigenvalue: what is zero in a covariance of tolerances
+_SMALL = 1e-9  # of the largest eigenvalue, or of a closure: what is zero but for rounding
 _SIZES = (0.0, *np.geomspace(0.01, 10, 25).tolist())  # tolerances
 _SWEEPS = 3
 _FITS = 1e-5  # of readings that a change of parameters has to explain
@@ -151,8 +151,9 @@ def robot_symmetry(found: Found[Mechanism]) -> RobotSymmetry:
     Raises
     ------
     SymkinError
-        If the drawing has no symmetry that keeps working modes and home, or legs that bind the
-        platform; or if the estimate rests on priors, or not all parameters were estimated.
+        If the drawing has no symmetry that keeps working modes and home, or legs with several
+        readings, or closures without any, which share their numbers; or if the estimate rests on
+        priors, or not all parameters were estimated.
     """
     try:
         return _judged(found)
@@ -191,8 +192,11 @@ def _require(found: Found[Mechanism], symmetries: int) -> None:
     deviations = np.isfinite(found.deviations) & (found.deviations > 0)
     if symmetries < 2:
         raise SymkinError(f'"{nominal.name}" has no symmetry that keeps its modes and home')
-    if nominal.bound:
-        raise SymkinError(f'the legs of "{nominal.name}" bind its platform: not tested')
+    if nominal.not_leg_by_leg:
+        raise SymkinError(
+            f"{nominal.not_leg_by_leg}, so that it has numbers in common with others of them: not "
+            "tested"
+        )
     if found.options.prior is not None or found.rank > found.data_rank:
         raise SymkinError(
             "the estimate rests on priors, which pull it to the drawing's symmetry: identify "
@@ -205,7 +209,7 @@ def _require(found: Found[Mechanism], symmetries: int) -> None:
 
 
 class _Legs:
-    """Derivatives of all legs' readings by their estimated parameters, in tolerances."""
+    """Derivatives of all legs' closures by their estimated parameters, in tolerances."""
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
@@ -214,54 +218,59 @@ class _Legs:
         self.columns = np.array(
             [leg * count + place for leg, own in enumerate(self.estimated) for place in own]
         )
-        all_tolerances = np.asarray(parameter_tolerances(mechanism))
-        self.tolerances = all_tolerances.ravel()[self.columns]
-        self.table = all_tolerances
+        self.table = np.asarray(parameter_tolerances(mechanism))
+        self.tolerances = self.table.ravel()[self.columns]
         self.poses = sample_workspace(mechanism, _POSES).poses
         self.rows = self.derivatives(self.poses)
 
-    def derivatives(self, poses: Array) -> list[Array]:
-        """Of each leg, shape (poses, p of the leg); readings times gains, that is of joints."""
+    def derivatives(self, poses: Array) -> list[_Closures]:
+        """Of each leg; not numbers where it does not reach."""
         mechanism = self.mechanism
-        rows = [np.zeros((len(poses), len(own))) for own in self.estimated]
-        for place in range(len(mechanism.parameter_names)):
-            moved = []
-            for way in (1, -1):
-                parameters = mechanism.parameters.copy()
-                parameters[:, place] += way * _STEP * self.table[:, place]
-                moved.append(mechanism.with_parameters(parameters).inverse_kinematics(poses))
-            slopes = (moved[0] - moved[1]) / (2 * _STEP)
-            for leg, own in enumerate(self.estimated):
-                if place in own:
-                    rows[leg][:, own.index(place)] = slopes[:, leg]
-        return rows
+        readings = mechanism.inverse_kinematics(poses)
+        of_legs = []
+        for leg, own in enumerate(self.estimated):
+            rows = _core.linearise(mechanism.core, leg, poses, readings[:, leg].copy())
+            by_joint = rows.by_reading[:, None] / mechanism.sensor_gains[leg]
+            moves = np.hstack([rows.by_pose, by_joint])
+            errors = rows.by_parameters[:, own] * self.table[leg, own]
+            shape = (len(poses), len(moves) // len(poses), -1)
+            moves[np.isnan(readings[:, leg]).repeat(shape[1])] = np.nan
+            of_legs.append(_Closures(moves.reshape(shape), errors.reshape(shape)))
+        return of_legs
 
     def action(self, element: SymmetryPair) -> Array:
-        """What the element does to the errors of all legs: C_j(image) D = s C_i(pose)."""
+        """What the element does to the errors of all legs.
+
+        The closures of a leg at a pose and those of its image say the same of moves of the pose,
+        which the element carries, and of the joint: C_j(image) D = M C_i(pose), where M is how the
+        ones are combined from the others.
+        """
         images = self.derivatives(element.map_poses(self.mechanism, self.poses))
+        carried = _carried_moves(self.mechanism, element, self.poses)
         sizes = [len(own) for own in self.estimated]
         starts = np.cumsum([0, *sizes])
         result = np.zeros((starts[-1], starts[-1]))
-        gains = self.mechanism.sensor_gains
         for leg, onto in enumerate(element.permutation):
-            sign = element.joints[leg].sign * gains[leg] / gains[onto]
-            block, _ = _explained(images[onto], sign * self.rows[leg])
+            here, there = self.rows[leg], images[onto]
+            reached = here.reached & there.reached
+            moves = there.moves[reached]
+            by_pose = moves[..., :-1] @ carried[reached]
+            same = np.concatenate([by_pose, element.joints[leg].sign * moves[..., -1:]], axis=-1)
+            change = same @ np.linalg.pinv(here.moves[reached]) @ here.errors[reached]
+            block, _ = _explained(there.errors[reached], change)
             rows, columns = (slice(starts[each], starts[each + 1]) for each in (onto, leg))
             result[rows, columns] = block
         return result
 
     def frames(self) -> Array:
         """Errors of all legs that only move base or platform, one a column."""
-        mechanism, columns = self.mechanism, []
-        for motion in _small_motions(mechanism):
-            readings = [
-                mechanism.inverse_kinematics(way.transform_poses(mechanism.core, self.poses))
-                for way in (motion, motion.inverse())
-            ]
-            change = readings[0] - readings[1]
-            parts = [
-                _explained(rows, change[:, leg : leg + 1]) for leg, rows in enumerate(self.rows)
-            ]
+        columns = []
+        for motion in _small_motions(self.mechanism, self.poses):
+            parts = []
+            for rows in self.rows:
+                by_pose, reached = rows.moves[..., :-1], rows.reached
+                change = (by_pose @ motion[..., None])[reached]
+                parts.append(_explained(rows.errors[reached], change))
             if all(left <= _FITS for _, left in parts):
                 columns.append(np.concatenate([part for part, _ in parts])[:, 0])
         found = np.array(columns).T.reshape(len(self.columns), len(columns))
@@ -281,36 +290,70 @@ class _Legs:
         return np.array(kinds)
 
 
-def _explained(rows: Array, change: Array) -> tuple[Array, float]:
-    """Errors that change readings so, and what of the change they leave; out of reach aside."""
-    reached = np.isfinite(rows).all(axis=1) & np.isfinite(change).all(axis=1)
-    rows, change = rows[reached], change[reached]
+@record
+class _Closures:
+    """The k closures of a leg at N poses.
+
+    Attributes
+    ----------
+    moves : ndarray, shape (N, k, dof + 1)
+        Their derivatives by the pose and by the joint.
+    errors : ndarray, shape (N, k, p)
+        By the leg's parameters.
+    """
+
+    moves: Array
+    errors: Array
+
+    @property
+    def reached(self) -> NDArray[np.bool_]:
+        """At which poses they are numbers."""
+        found = np.isfinite(self.moves).all(axis=(1, 2)) & np.isfinite(self.errors).all(axis=(1, 2))
+        return np.asarray(found)
+
+
+def _explained(errors: Array, change: Array) -> tuple[Array, float]:
+    """Errors that change closures so, shapes (N, k, any), and what of the change they leave."""
+    rows, wanted = (each.reshape(-1, each.shape[-1]) for each in (errors, change))
     scale = np.linalg.norm(rows, axis=0)
     scale[scale == 0] = 1
-    found = np.linalg.lstsq(rows / scale, change, rcond=1e-9)[0] / scale[:, None]
-    size = np.abs(change).max(initial=0)
-    return found, float(np.abs(rows @ found - change).max() / size) if size > 0 else 0.0
+    found = np.linalg.lstsq(rows / scale, wanted, rcond=1e-9)[0] / scale[:, None]
+    size = np.abs(wanted).max(initial=0)
+    return found, float(np.abs(rows @ found - wanted).max() / max(size, _SMALL))
 
 
-def _small_motions(mechanism: Mechanism) -> list[_core.SymmetryPair]:
-    """A small shift or turn of the base, or of the platform, along each axis that there is."""
-    space, still = mechanism.space, _core.Isometry(np.eye(3), np.zeros(3))
-    planar = mechanism.pose_space in ("planar", "point")
-    motions = []
-    for axis in range(3):
-        shift, turn = np.zeros(3), np.eye(3)
-        shift[axis] = 1e-5
-        a, b = [(1, 2), (2, 0), (0, 1)][axis]
-        cosine, sine = np.cos(1e-5), np.sin(1e-5)
-        turn[np.ix_([a, b], [a, b])] = [[cosine, -sine], [sine, cosine]]
-        if space.moves and not (planar and axis == 2):
-            motions.append(_core.Isometry(np.eye(3), shift))
-        if not planar or axis == 2:
-            motions.append(_core.Isometry(turn, np.zeros(3)))
-    ends = [_core.SymmetryPair(each, still, False) for each in motions]
-    if space.turns:
-        ends += [_core.SymmetryPair(still, each, False) for each in motions]
-    return ends
+def _carried_moves(mechanism: Mechanism, element: SymmetryPair, poses: Array) -> Array:
+    """What a small move of each pose becomes at its image, shape (N, dof, dof)."""
+    base, platform = element.core.base, element.core.platform
+    own = platform.linear.T @ -platform.shift  # the platform's point that becomes its origin
+    rotations = transforms(mechanism.pose_space, poses).rotation
+    maps = np.zeros((len(poses), 6, 6))
+    maps[:, :3, :3] = base.linear
+    maps[:, :3, 3:] = -base.linear @ _crosses(rotations @ own)
+    maps[:, 3:, 3:] = np.linalg.det(base.linear) * base.linear
+    components = mechanism.space.components
+    return maps[:, components][..., components]
+
+
+def _crosses(points: Array) -> Array:
+    """Matrices of cross products, shape (N, 3, 3)."""
+    return np.cross(points[:, None], np.eye(3)).swapaxes(1, 2)
+
+
+def _small_motions(mechanism: Mechanism, poses: Array) -> list[Array]:
+    """How a shift or turn of the base, or of the platform, along each axis moves poses."""
+    space, motions = mechanism.space, transforms(mechanism.pose_space, poses)
+    still = np.zeros_like(motions.translation)
+    found = []
+    for axis in np.eye(3):
+        along = still + axis
+        turned = (np.cross(along, motions.translation), along)
+        found += [(along, still), turned]
+        if space.turns:
+            own = motions.rotation @ axis
+            found += [(own, still), (still, own)]
+    moves = [np.hstack(each)[:, space.components] for each in found]
+    return [each for each in moves if each.any()]
 
 
 def _kinds(

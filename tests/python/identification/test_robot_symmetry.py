@@ -75,11 +75,26 @@ def test_the_action_of_a_group_on_errors_is_a_group(hexapod):
     assert product.improper
 
 
+@pytest.mark.parametrize("name", ["3RPS", "orthoglide_rods"])
+def test_legs_that_bind_their_platform_are_compared_by_all_their_closures(name):
+    mechanism = symkin.load_mechanism(name)
+    plan = symkin.plan(mechanism, 30, design="mechanism", candidates=300)
+    for differing, alike in ((0.0, True), (0.3, False)):
+        judged = robot_symmetry(identified(mechanism, plan, differing))
+        # Mirrors turn round what is the same number in all legs.
+        turns = [each.p_value for each in judged.tests if each.words.startswith("turn")]
+        assert [each > 0.05 for each in turns] == [alike, alike]
+
+
 def test_what_rests_on_priors_or_has_no_symmetry_is_not_tested(paper, plan):
     with pytest.raises(symkin.SymkinError, match="rests on priors"):
         robot_symmetry(identified(paper, plan, 0.0, prior="tolerances"))
     with pytest.raises(symkin.SymkinError, match="estimated by itself"):
         robot_symmetry(identified(paper, plan, 0.0, estimator="joint", shared=["sensor_gain"]))
+    tricept = symkin.load_mechanism("tricept")
+    taken = symkin.simulate(tricept, symkin.plan(tricept, candidates=300), seed=1).measurements
+    with pytest.raises(symkin.SymkinError, match="closures of a leg have no reading"):
+        robot_symmetry(symkin.identify(tricept, taken))
     other = symkin.load_mechanism("3RRR_asymmetric")
     simulated = symkin.simulate(other, symkin.plan(other, design="mechanism"), seed=1)
     with pytest.raises(symkin.SymkinError, match="no symmetry that keeps"):
@@ -106,11 +121,13 @@ def test_chi_squares_are_those_of_the_reference(shared_reference):
 def test_errors_alike_in_legs_about_a_tilted_axis_keep_its_turns_and_not_its_mirrors():
     mechanism = symkin.load_mechanism(DECLARED / "orthoglide.toml")
     of_all = disturb(mechanism, seed=1).parameters[0] - mechanism.parameters[0]
-    actual = mechanism.with_parameters(mechanism.parameters + of_all * mechanism.is_estimated)
+    # Three tolerances, since the base's frame takes a part of what mirrors turn round.
+    actual = mechanism.with_parameters(mechanism.parameters + 3 * of_all * mechanism.is_estimated)
     plan = symkin.plan(mechanism, 24, candidates=300)
     measured = symkin.simulate(mechanism, plan, 1, actual=actual).measurements
     judged = robot_symmetry(symkin.identify(mechanism, measured))
     assert judged.group == "C_3v"
+    assert _Legs(mechanism).frames().shape == (24, 6)
     for test in judged.tests:
         # A mirror turns round base.y and base.rz of the leg that it leaves where it is.
         assert (test.p_value > 0.05) == test.words.startswith("turn")
