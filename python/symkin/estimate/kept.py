@@ -7,7 +7,7 @@ import functools
 from collections.abc import Callable
 from typing import Any, Concatenate, ParamSpec, TypeVar
 
-__all__ = ["Kept", "once"]
+__all__ = ["once"]
 
 _Owner = TypeVar("_Owner")
 _Asked = ParamSpec("_Asked")
