@@ -196,13 +196,17 @@ def angles_of(rotations, order):
     )
 
 
-WAYS = (*("ZYX in degrees", "xyz", "ZXZ, inverse", "xyx in degrees, conjugate"),)
+WAYS = (
+    *("ZYX in degrees", "xyz", "ZXZ, inverse", "xyx in degrees, conjugate"),
+    "YXZ from columns 213 in degrees, inverse",
+)
 
 
 @pytest.mark.parametrize("way", WAYS)
 def test_angles_are_recognised_by_a_few_poses_whatever_was_meant_by_them(robot, way):
     order, _, how = way.partition(" in degrees")
     order, _, end = (order + how).partition(", ")
+    order, _, columns = order.partition(" from columns ")
     few = robot[:8]
     meant = transforms("spatial", seen(few))
     back = np.swapaxes(meant.rotation, 1, 2)
@@ -210,12 +214,21 @@ def test_angles_are_recognised_by_a_few_poses_whatever_was_meant_by_them(robot, 
     if end == "inverse":
         position = -np.einsum("nij,nj->ni", back, position)
     angles = angles_of(back if end else meant.rotation, order)
+    angles = angles[:, [(columns or "123").index(column) for column in "123"]]
     if "degrees" in way:
         angles = np.degrees(angles)
     found = symkin.align_frames(np.hstack([position, angles]), few)
     assert found.convention == way
     assert f'but as "{way}"' in found.doubts[0]
     np.testing.assert_allclose(found.frames.base, BASE, atol=2e-3)
+
+
+def test_columns_that_no_frames_explain_are_doubted(robot):
+    device = seen(robot)
+    device[:, :3] = np.roll(device[:, :3], 1, axis=0)
+    found = symkin.align_frames(device, robot)
+    assert found.doubts[0].startswith("no frames explain the poses")
+    assert not found.trustworthy
 
 
 def test_rotation_vectors_are_taken_as_they_are_where_their_tilts_are_small(robot):

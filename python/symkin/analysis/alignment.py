@@ -15,11 +15,18 @@ from symkin.analysis.conventions import (
     Convention,
     ConventionFit,
     fits_of,
+    is_elsewhere,
     rotations_from_angles,
+    spread_of,
     ways_of,
 )
 from symkin.analysis.reflectors import body_of, in_three, is_tracked, motions_of
-from symkin.data.columns import has_columns, is_present, pose_column_names, read_pose_values
+from symkin.data.columns import (
+    has_columns,
+    own_pose_columns,
+    pose_column_names,
+    read_pose_values,
+)
 from symkin.data.measurements import Measurements
 from symkin.data.reading import read_measurements
 from symkin.errors import MeasurementError, one_of
@@ -35,7 +42,6 @@ from symkin.model.poses import (
     rotations_from_vectors,
     space_named,
     transforms,
-    vectors_from_quaternions,
 )
 from symkin.model.settings import Frames, MeasurementColumns
 from symkin.options import checks
@@ -57,6 +63,8 @@ __all__ = [
 Array = NDArray[np.float64]
 
 _PLAINLY = 1.5  # times: a convention fits if the next one leaves so much more
+_LITTLE_LEFT = 0.03  # of the spread: no other order of columns would leave less
+_MOST_LEFT = 0.3  # of the spread: more than any drawing is wrong
 _PLAIN: tuple[str, ...] = get_args(Convention)
 _STEP = 1e-6
 _UNSEEN = 1e-9  # of the largest eigenvalue
@@ -81,6 +89,8 @@ class Alignment(Result):
         What is left: m and rad.
     differences : ndarray, shape (N, dof)
         The same of every pose: position, then angle or rotation vector.
+    spread : float
+        How far the poses are from their middle, as `ConventionFit.cost` counts.
     length : float
         At which a rotation was made comparable with a translation, m.
     pose_space : {"planar", "point", "spatial", "translating", "spherical", "schoenflies"}
@@ -97,6 +107,7 @@ class Alignment(Result):
     orientation_rms: float = field(unit="rad")
     orientation_max: float = field(unit="rad")
     differences: Array = field(private=True)
+    spread: float = field(private=True)
     length: float = field(unit="m")
     pose_space: str = field(private=True)
 
@@ -116,6 +127,15 @@ class Alignment(Result):
         near = [each for each in others if each.cost < _PLAINLY * best.cost]
         if best.convention in _PLAIN:
             near = [each for each in near if each.convention in _PLAIN]
+        elif not is_elsewhere(best.convention):
+            near = [each for each in near if not is_elsewhere(each.convention)]
+        if best.cost > _MOST_LEFT * self.spread:
+            yield (
+                f"no frames explain the poses: {1e3 * best.cost:.3g} {unit} are left where the "
+                f"poses are {1e3 * self.spread:.3g} {unit} from their middle; see whether each row "
+                "has the readings of its pose, each column what its name says, and the robot its "
+                "geometry"
+            )
         if near:
             names = ", ".join(f'"{each.convention}"' for each in near)
             yield (
@@ -192,7 +212,7 @@ def align_frames(
         are found have these on the platform, instead of a target.
     convention : str, optional
         How to take the measured poses, see `ConventionFit`; by default whichever fits best, which
-        the result says, of three numbers out of 150.
+        the result says: of three numbers out of 150, or of 440 where these leave much.
     length : float
         At which a rotation counts as much as a translation, m.
     pose_space : {"planar", "point", "spatial", "translating", "spherical", "schoenflies"}
@@ -218,11 +238,18 @@ def align_frames(
         raise MeasurementError(_why_none(device, own, space))
     device, poses = device[kept], transforms(space, own[kept])
     ways = ways_of(device, space, triples=triples)
+    rarer = ways_of(device, space, triples=triples, elsewhere=True)
     if convention is not None:
-        if convention not in ways:
+        if convention not in (*ways, *rarer):
             one_of("convention", convention, get_args(Convention))
-        ways = [convention]
+        ways, rarer = [convention], []
     fits = fits_of(ways, device, poses, length, space)
+    spread = spread_of(fits[0].wanted, length, space)
+    if rarer and fits[0].told.cost > _LITTLE_LEFT * spread:
+        others = fits_of(rarer, device, poses, length, space)
+        plainly = others[0].told.cost * _PLAINLY < fits[0].told.cost
+        (first, *behind), rest = (others, fits) if plainly else (fits, others)
+        fits = [first, *sorted([*behind, *rest], key=lambda fit: fit.told.cost)]
     best, base, target, wanted = fits[0]
     size, shown = kind.size, kind.frame_components
     differences = moved(base, poses, target, wanted)[:, kind.components]
@@ -241,6 +268,7 @@ def align_frames(
         orientation_rms=best.orientation_rms,
         orientation_max=float(orientation.max(initial=0.0)),
         differences=differences,
+        spread=spread_of(wanted, length, space),
         length=length,
         pose_space=space,
     )
@@ -368,10 +396,10 @@ def poses_of_mechanism(
     measured, points = taken.poses, None
     if is_tracked(taken) and not np.isfinite(measured).all(axis=1).any():
         measured, points = _of_points(mechanism, taken)
-    elif _are_triples(mechanism, source, columns):
-        size = mechanism.space.size
-        vectors = vectors_from_quaternions(measured[:, size:])
-        measured = np.hstack([measured[:, :size], vectors])
+    else:
+        triples = _triples_of(mechanism, source, columns)
+        if triples is not None and len(triples) == len(measured):
+            measured = np.hstack([measured[:, : mechanism.space.size], triples])
     if taken.reported is not None:
         return SeenPoses(measured, as_drawn(mechanism, taken.reported), points)
     read = np.flatnonzero(np.isfinite(taken.readings).all(axis=1))
@@ -391,17 +419,22 @@ def poses_of_mechanism(
     return SeenPoses(measured, as_drawn(mechanism, own), points)
 
 
-def _are_triples(
+def _triples_of(
     mechanism: Mechanism, source: TableSource, columns: MeasurementColumns | None
-) -> bool:
-    """Whether the orientations of a table are three numbers, of which nobody says which."""
+) -> Array | None:
+    """The orientations of a table that are three numbers, of which nobody says which, rad.
+
+    As they stand there: a rotation vector of more than half a turn is another one, too.
+    """
     if not mechanism.space.has_quaternion or hasattr(source, "read"):
-        return False
+        return None
     table = read_table(source, mechanism.step)
-    for own in (columns, mechanism.measurement_columns):
-        if own is not None and has_columns(table, own):
-            return bool(own.rotation_vector)
-    return is_present(table, "rx", None)
+    named = (each for each in (columns, mechanism.measurement_columns) if each is not None)
+    own = next((each for each in named if has_columns(table, each)), None)
+    own = own or own_pose_columns(table, mechanism.pose_space, partial=True)
+    if not own.rotation_vector:
+        return None
+    return read_pose_values(table, own, mechanism.pose_space).angles
 
 
 def _of_points(mechanism: Mechanism, taken: Measurements) -> tuple[Array, Array]:

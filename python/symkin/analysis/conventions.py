@@ -16,7 +16,9 @@ from symkin.errors import SymkinError
 from symkin.model.poses import (
     POSE_SPACES,
     Transform,
+    between,
     moved,
+    nearest_rotation,
     rotations_from_vectors,
     transforms,
     vectors_from_rotations,
@@ -29,7 +31,9 @@ __all__ = [
     "ConventionFit",
     "Fit",
     "fits_of",
+    "is_elsewhere",
     "rotations_from_angles",
+    "spread_of",
     "taken_as",
     "ways_of",
 ]
@@ -43,6 +47,15 @@ ORDERS = tuple(
     for letters in ("XYZ", "xyz")
     for order in itertools.product(letters, repeat=3)
     if order[0] != order[1] != order[2]
+)
+# The same where columns are not in the order of the turns, nor in the reverse; small letters would
+# say it again.
+_ELSEWHERE = tuple(
+    f"{order} from columns {''.join(columns)}"
+    for order in ORDERS
+    if order.isupper()
+    for columns in itertools.permutations("123")
+    if columns[1] != "2"
 )
 _FEW = 10  # poses that decide which ways are looked at with all of them
 _KEPT = 8
@@ -60,7 +73,8 @@ class ConventionFit(Value):
         "as measured"; "inverse", the device's pose in the target's frame; "conjugate", rotations
         the other way round; "scalar first", quaternions w, x, y, z; "mirrored", a left-handed
         frame. Of three angles besides, such as "ZYX", "xyz, inverse" or "ZYX in degrees,
-        conjugate": about these axes, each as it has turned (capitals) or fixed ones.
+        conjugate": about these axes, each as it has turned (capitals) or fixed ones; "ZYX from
+        columns 312" where the first of them is the third column, and so on.
     position_rms, orientation_rms : float
         What is left of the distance (m) and of the angle (rad).
     cost : float
@@ -87,7 +101,12 @@ class Fit(NamedTuple):
 
 
 def rotations_from_angles(angles: Array, order: str) -> Array:
-    """Rotation matrices (N, 3, 3) of angles (N, 3), rad, about the axes of one of `ORDERS`."""
+    """Rotation matrices (N, 3, 3) of angles (N, 3), rad, about the axes of one of `ORDERS`.
+
+    Or of some other columns, ``"ZYX from columns 312"``.
+    """
+    order, _, columns = order.partition(" from columns ")
+    angles = angles[:, [int(column) - 1 for column in columns or "123"]]
     rotation = np.broadcast_to(np.eye(3), (len(angles), 3, 3))
     for letter, angle in zip(order.lower(), angles.T, strict=True):
         turn = rotations_from_vectors(angle[:, None] * np.eye(3)["xyz".index(letter)])
@@ -95,7 +114,7 @@ def rotations_from_angles(angles: Array, order: str) -> Array:
     return np.asarray(rotation)
 
 
-def ways_of(device: Array, space: str, *, triples: bool) -> list[str]:
+def ways_of(device: Array, space: str, *, triples: bool, elsewhere: bool = False) -> list[str]:
     """The ways in which measured poses may be meant.
 
     Parameters
@@ -106,21 +125,34 @@ def ways_of(device: Array, space: str, *, triples: bool) -> list[str]:
         Kind of the poses.
     triples : bool
         Whether the orientations were three numbers: a rotation vector, or angles in any order.
+    elsewhere : bool
+        The ways instead whose columns are neither in the order of their turns nor in the reverse.
     """
     kind = POSE_SPACES[space]
+    angles = triples and kind.has_quaternion
+    if elsewhere:
+        return _ways_of_angles(_ELSEWHERE, device, space) if angles else []
     ways = ["as measured"]
     if kind.turns and not (kind.has_quaternion and triples):
         ways += ["scalar first"] * kind.has_quaternion
     if kind.turns:
         ways += ["inverse"] + ["conjugate"] * kind.moves
     ways += ["mirrored"] * kind.moves
-    if not (triples and kind.has_quaternion):
-        return ways
+    return ways + (_ways_of_angles(("", *ORDERS), device, space) if angles else [])
+
+
+def _ways_of_angles(orders: Sequence[str], device: Array, space: str) -> list[str]:
     units = ["", _other_unit(_triple(device, space))]
-    for order, unit, end in itertools.product(("", *ORDERS), dict.fromkeys(units), _ENDS):
-        if (order or unit) and (kind.moves or end != ", conjugate"):
-            ways.append(f"{order}{unit}{end}".strip())
-    return ways
+    return [
+        f"{order}{unit}{end}".strip()
+        for order, unit, end in itertools.product(orders, units, _ENDS)
+        if (order or unit) and (POSE_SPACES[space].moves or end != ", conjugate")
+    ]
+
+
+def is_elsewhere(way: str) -> bool:
+    """Whether the columns of angles are neither in the order of the turns nor in the reverse."""
+    return " from columns " in way
 
 
 _ENDS = ("", ", inverse", ", conjugate")
@@ -150,14 +182,12 @@ def taken_as(way: str, device: Array, space: str) -> Transform:
     name, _, end = way.partition(", ")
     end = name if name in ("inverse", "conjugate", "mirrored") else end
     order, _, unit = name.partition("in ")
-    order = order.strip()
-    if order in ORDERS or unit or device.shape[1] == kind.size + 3 != kind.coordinates:
+    order = order.strip() if order[:3] in ORDERS else ""
+    if order or unit or device.shape[1] == kind.size + 3 != kind.coordinates:
         factor = {"degrees": math.pi / 180, "radians": 180 / math.pi}.get(unit, 1.0)
         angles = factor * _triple(device, space)
         rotations = (
-            rotations_from_angles(angles, order)
-            if order in ORDERS
-            else rotations_from_vectors(angles)
+            rotations_from_angles(angles, order) if order else rotations_from_vectors(angles)
         )
         positions = np.zeros((len(device), 3))
         positions[:, : kind.size] = device[:, : kind.size]
@@ -211,12 +241,27 @@ def _fits(
         frames = align(poses, wanted, length, space, steps=steps)
         if frames is None:
             raise SymkinError(f"{len(device)} poses always fit two frames; measure more")
-        left = moved(frames[0], poses, frames[1], wanted)
-        position = _rms(left[:, :3])
-        orientation = _rms(left[:, 3:]) if kind.turns else 0.0
-        cost = math.hypot(position, length * orientation) if kind.moves else orientation
-        told = ConventionFit(way, position, orientation, cost, kind.closure_unit)
+        left = _sizes_of(moved(frames[0], poses, frames[1], wanted), length, space)
+        told = ConventionFit(way, *left, kind.closure_unit)
         yield Fit(told, *frames, wanted)
+
+
+def spread_of(poses: Transform, length: float, space: str) -> float:
+    """How far poses are from their middle, as `ConventionFit.cost` counts."""
+    middle = Transform(
+        np.broadcast_to(nearest_rotation(poses.rotation.sum(axis=0)), poses.rotation.shape),
+        np.broadcast_to(poses.translation.mean(axis=0), poses.translation.shape),
+    )
+    return _sizes_of(between(middle, poses), length, space)[2]
+
+
+def _sizes_of(left: Array, length: float, space: str) -> tuple[float, float, float]:
+    """Root mean squares of distances, of angles, and of both."""
+    kind = POSE_SPACES[space]
+    position = _rms(left[:, :3])
+    orientation = _rms(left[:, 3:]) if kind.turns else 0.0
+    cost = math.hypot(position, length * orientation) if kind.moves else orientation
+    return position, orientation, cost
 
 
 def _rms(rows: Array) -> float:

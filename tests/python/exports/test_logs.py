@@ -330,7 +330,12 @@ def test_a_take_beside_encoders_needs_the_robot(tmp_path, five_bar):
 
 def test_a_take_alone_is_a_row_a_sample(tmp_path, five_bar):
     take, at, _, _ = recorded(five_bar)
-    found = import_log(written(tmp_path, "take.csv", motive_csv(take[:50], at[:50], lost=0)))
+    said = motive_csv(take[:50], at[:50], lost=0)
+    found = import_log(written(tmp_path, "take.csv", said))
+    other = said.replace(",", ";").replace(".", ",")  # as a German sheet has it
+    semicolons = import_log(written(tmp_path, "german.csv", other))
+    for name, values in found.columns.items():
+        assert semicolons.columns[name] == pytest.approx(values)
     assert found.columns["x_m"] == pytest.approx(at[:50, 0], abs=1e-6)
     assert found.columns["y_m"] == pytest.approx(at[:50, 1], abs=1e-6)  # z is up
     assert found.columns["qw"] == pytest.approx(np.ones(50))
@@ -391,6 +396,19 @@ def test_topics_of_a_ros_bag_are_joined_too(tmp_path, five_bar):
     assert any("field.header.seq" in each for each in found.left)
     with pytest.raises(SymkinError, match=r"position\.x"):
         import_log(beside)
+    stamped = ["header.stamp.sec,header.stamp.nanosec,header.frame_id," + poses[0][50:]]
+    for (_, *own), t in zip((row.split(",") for row in poses[1:]), take, strict=True):
+        stamped.append(f"{int(t) + 1700000000},{round(1e9 * (t % 1)) % 10**9},{','.join(own[1:])}")
+    shown = ["header.stamp.sec,header.stamp.nanosec,position[0],position[1]"]
+    for t, (a, b) in zip(times, readings, strict=True):
+        shown.append(f"{int(t // 1)},{int(1e9 * (t % 1))},{a:.8f},{b:.8f}")
+    second = import_log(
+        written(tmp_path, "ros2.csv", "\n".join(stamped)),
+        written(tmp_path, "shown.csv", "\n".join(shown)),
+        mechanism=five_bar,
+    )
+    for name, values in found.columns.items():
+        assert second.columns[name] == pytest.approx(values, abs=1e-6)
 
 
 def test_json_records_are_flattened(tmp_path):
@@ -407,6 +425,17 @@ def test_json_records_are_flattened(tmp_path):
     assert any("robot" in each for each in found.left)
     lines = written(tmp_path, "log.jsonl", "\n".join(json.dumps(each) for each in records))
     assert import_log(lines).columns["psi_1"] == pytest.approx([0.1, 0.3])
+
+
+def test_a_stray_line_among_records_is_told_and_left_out(tmp_path):
+    records = [json.dumps({"x_mm": k, "psi_1": 0.1 * k}) for k in range(12)]
+    stray = "\n".join(["# began at 10:00", *records[:5], "lost", *records[5:]])
+    with pytest.raises(SymkinError, match=r"stray\.jsonl: lines 1, 7 are no records as JSON"):
+        import_log(written(tmp_path, "stray.jsonl", stray))
+    told = written(tmp_path, "told.jsonl", stray.replace("# began at 10:00\n", ""))
+    found = import_log(told)
+    assert found.columns["x_mm"] == pytest.approx(np.arange(12))
+    assert found.left == ("line 6, which is no record as JSON",)
 
 
 def test_a_sheet_of_excel_is_found_below_its_notes(tmp_path):

@@ -59,11 +59,20 @@ class _Take:
         return Track(self.times, self.points.mean(axis=1))
 
 
-def _rows(log: Log, most: int | None = None) -> list[list[str]]:
+_COMMA = re.compile(r"\s*[-+]?\d*,\d+(?:[eE][-+]?\d+)?\s*")
+
+
+def _rows(log: Log) -> list[list[str]]:
+    """Cells between commas; or between semicolons, with which numbers may have a decimal comma."""
+    head = log.lines[0] if log.lines else ""
+    mark = ";" if head.count(";") > head.count(",") else ","
     try:
-        return [row for _, row in zip(range(most or 10**9), csv.reader(log.lines), strict=False)]
+        rows = list(csv.reader(log.lines, delimiter=mark))
     except csv.Error as error:
         raise log.error(f"is no CSV: {error}") from error
+    if mark == ",":
+        return rows
+    return [[c.replace(",", ".") if _COMMA.fullmatch(c) else c for c in row] for row in rows]
 
 
 def _numbers(log: Log, rows: Sequence[Sequence[str]], first: int, width: int) -> Array:
@@ -223,7 +232,12 @@ def _encoders(log: Log, robot: Mechanism) -> tuple[Array, Array]:
     legs = robot.reading_count
     if _is_ros(log):
         names, values = _ros_table(log)
-        found = [_ros_column(names, f"position{leg}", f"position[{leg}]") for leg in range(legs)]
+        found = [
+            _ros_column(
+                names, *(f"position{each}" for each in (leg, f"[{leg}]", f".{leg}", f"_{leg}"))
+            )
+            for leg in range(legs)
+        ]
         if None in found:
             raise log.error(f"has no positions of {legs} joints (field.position0, ...)")
         return values[:, 0], values[:, [each for each in found if each is not None]]
@@ -247,7 +261,9 @@ def _encoders(log: Log, robot: Mechanism) -> tuple[Array, Array]:
 
 
 def _is_motive(log: Log) -> bool:
-    return log.data[:2000].lstrip(b"\xef\xbb\xbf").startswith(b"Format Version,")
+    return (
+        log.data[:2000].lstrip(b"\xef\xbb\xbf").startswith((b"Format Version,", b"Format Version;"))
+    )
 
 
 def _read_motive(log: Log, asked: Asked) -> _Take:
@@ -334,7 +350,7 @@ _VICON = ("Trajectories", "Segments", "Objects", "Global Coordinates")
 
 def _is_vicon(log: Log) -> bool:
     first = log.data[:400].lstrip(b"\xef\xbb\xbf").splitlines()[:1]
-    return bool(first) and first[0].strip(b' ,"\t').decode("latin-1") in _VICON
+    return bool(first) and first[0].strip(b' ,;"\t').decode("latin-1") in _VICON
 
 
 def _read_vicon(log: Log, asked: Asked) -> _Take:
@@ -421,8 +437,29 @@ def _length(log: Log, unit: str) -> float:
     return _UNITS[unit]
 
 
+# Of a header's time whole seconds and the rest, as the two ROS name them.
+_STAMPS = (("stamp.sec", "stamp.nanosec"), ("stamp.secs", "stamp.nsecs"))
+
+
 def _is_ros(log: Log) -> bool:
-    return log.data[:100].lstrip(b"\xef\xbb\xbf").startswith((b"%time,", b"__time,"))
+    head = log.data[:20_000].lstrip(b"\xef\xbb\xbf").partition(b"\n")[0]
+    if re.match(rb"(%time|__time)[,;]", head):
+        return True
+    names = _names_of(head.decode("latin-1"))
+    return len(names) > 2 and _stamp_of(names) is not None
+
+
+def _names_of(head: str) -> list[str]:
+    return [each.strip().strip('"') for each in re.split("[,;]", head)]
+
+
+def _stamp_of(names: Sequence[str]) -> tuple[int, int] | None:
+    """The columns of a header's time in seconds and nanoseconds."""
+    for ends in _STAMPS:
+        first, second = (_ros_column(names, end) for end in ends)
+        if first is not None and second is not None:
+            return first, second
+    return None
 
 
 def _ros_table(log: Log) -> tuple[list[str], Array]:
@@ -433,13 +470,16 @@ def _ros_table(log: Log) -> tuple[list[str], Array]:
     body = [row for row in rows[1:] if any(cell.strip() for cell in row)]
     if not body:
         raise log.error("has no rows below its header")
-    plain = [k for k in range(width) if k == 0 or _is_number(body[0], k)]
+    stamp = None if names[0] in ("%time", "__time") else _stamp_of(names)
+    times = (0,) if stamp is None else stamp
+    plain = [*times, *(k for k in range(width) if k not in times and _is_number(body[0], k))]
     values = _numbers(log, [[row[k] if k < len(row) else "" for k in plain] for row in body], 2,
                       len(plain))  # fmt: skip
-    if names[0] == "%time":  # nanoseconds
-        values[:, 0] = (values[:, 0] - values[0, 0]) * 1e-9
-    else:
-        values[:, 0] -= values[0, 0]
+    since = values[:, : len(times)] - values[0, : len(times)]
+    if stamp is not None:
+        seconds = since[:, 0] + 1e-9 * since[:, 1]
+        return ["stamp", *(names[k] for k in plain[2:])], np.column_stack([seconds, values[:, 2:]])
+    values[:, 0] = since[:, 0] * (1e-9 if names[0] == "%time" else 1.0)  # nanoseconds
     return [names[k] for k in plain], values
 
 

@@ -21,6 +21,7 @@ __all__ = ["EXCEL", "JSON", "MASLOW"]
 _MOST_ROWS, _MOST_COLUMNS = 200_000, 400
 _MOST_UNPACKED = 200_000_000  # bytes of a sheet
 _DEEPEST = 8
+_STRAY = 0.1  # of the records: lines that are none
 _SHOWN = 6
 _UNITS = {unit: unit for unit in ("m", "mm", "cm", "um", "rad", "mrad", "deg", "s", "ms")}
 _UNITS |= {"\u00b0": "deg", "\u00b5m": "um", "\u03bcm": "um"}
@@ -65,20 +66,29 @@ def _number(value: Any) -> float | None:
 
 
 def _is_json(log: Log) -> bool:
-    return bool(re.match(rb"(?:\xef\xbb\xbf)?\s*(?:\[\s*)?\{\s*[\"}]", log.data[:2000]))
+    # A record a line may stand below a line or two of something else.
+    begins = rb"(?:\xef\xbb\xbf)?\s*(?:[^\n]*\n){0,3}\s*(?:\[\s*)?\{\s*[\"}]"
+    return bool(re.match(begins, log.data[:2000]))
 
 
 def _read_json(log: Log, _asked: Asked) -> ImportedLog:
+    left: list[str] = []
+    took: list[str] = []
     try:
         found = json.loads(log.text)
     except RecursionError as error:
         raise log.error("has lists in lists in lists, too deep to be measurements") from error
     except ValueError as error:
-        found = _lines_of_json(log)
-        if found is None:
+        found, strays = _lines_of_json(log)
+        if not found or log.text.lstrip().startswith("["):
             raise log.error(f"is no JSON: {error}") from error
-    left: list[str] = []
-    took: list[str] = []
+        if len(strays) > max(1, _STRAY * len(found)):
+            first = ", ".join(map(str, strays[:_SHOWN])) + " ..." * (len(strays) > _SHOWN)
+            raise log.error(
+                f"lines {first} are no records as JSON; expected a record a line"
+            ) from error
+        left += [f"line {line}, which is no record as JSON" for line in strays[:_SHOWN]]
+        left += [f"{len(strays) - _SHOWN} more such lines"] * (len(strays) > _SHOWN)
     if isinstance(found, dict):
         lists = {
             name: value
@@ -107,12 +117,19 @@ def _read_json(log: Log, _asked: Asked) -> ImportedLog:
     return _of_cells(log, JSON.title, cells, took, left)
 
 
-def _lines_of_json(log: Log) -> list[Any] | None:
-    """A record a line; None if that is not what it is."""
-    try:
-        return [json.loads(line) for line in log.lines if line.strip()]
-    except (ValueError, RecursionError):
-        return None
+def _lines_of_json(log: Log) -> tuple[list[Any], list[int]]:
+    """A record a line, and the numbers of lines that are none."""
+    records, strays = [], []
+    for number, line in enumerate(log.lines, 1):
+        try:
+            found = json.loads(line) if line.strip() else None
+        except (ValueError, RecursionError):
+            found = line
+        if isinstance(found, dict):
+            records.append(found)
+        elif line.strip():
+            strays.append(number)
+    return records, strays
 
 
 def _flat(log: Log, record: Mapping[str, Any]) -> dict[str, Any]:
