@@ -28,6 +28,8 @@ PYBIND11_MODULE(_core, module) {
                                                        errors.attr("NotIdentifiableError").ptr());
   static py::exception<symkin::ImpossibleLeg> impossible(module, "ImpossibleLeg",
                                                          errors.attr("MechanismError").ptr());
+  static py::exception<symkin::FailedFit> failed(module, "FailedFit",
+                                                 errors.attr("FailedFitError").ptr());
   py::register_exception_translator([](std::exception_ptr pointer) {
     try {
       if (pointer) {
@@ -40,6 +42,8 @@ PYBIND11_MODULE(_core, module) {
       py::object raised = static_cast<const py::object&>(hidden)(error.what());
       raised.attr("null_directions") = error.null_directions;
       PyErr_SetObject(hidden.ptr(), raised.ptr());
+    } catch (const symkin::FailedFit& error) {
+      py::set_error(failed, error.what());
     } catch (const symkin::ImpossibleLeg& error) {
       py::set_error(impossible, error.what());
     } catch (const symkin::Error& error) {

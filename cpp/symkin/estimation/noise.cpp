@@ -7,6 +7,7 @@
 #include <string>
 #include <utility>
 
+#include "symkin/estimation/detail/pose_elimination.hpp"
 #include "symkin/model/pose_space.hpp"
 #include "symkin/support/dense.hpp"
 #include "symkin/support/error.hpp"
@@ -94,9 +95,7 @@ RowMatrix joint_closure_factor(const RowMatrix& by_pose, const Vector& by_readin
                                PoseSpace space, const MeasurementNoise& noise, Index pose) {
   RowMatrix factor = closure_factor(by_pose, by_reading, closures, space, noise);
   if (factor.size() == 0) {
-    throw InvalidInput("the closures of pose " + std::to_string(pose + 1) +
-                       " have a singular covariance (more legs than degrees of freedom, or a "
-                       "singular pose); declare a noise of the readings above zero");
+    throw_singular(pose, noise.reading == 0 && by_pose.rows() > by_pose.cols());
   }
   return factor;
 }

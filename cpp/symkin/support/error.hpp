@@ -19,6 +19,12 @@ class InvalidInput : public Error {
   using Error::Error;
 };
 
+// A fit has gone to where no mechanism is.
+class FailedFit : public InvalidInput {
+ public:
+  using InvalidInput::InvalidInput;
+};
+
 // A declared symmetry is not there; the message names leg, parameter and deviation.
 class SymmetryMismatch : public Error {
  public:

@@ -11,7 +11,7 @@ from symkin.analysis.checks import undefined_angles
 from symkin.analysis.homes import with_usable_home
 from symkin.analysis.observability import with_combinations
 from symkin.data.measurements import Measurements
-from symkin.errors import FailedFitError, MechanismError, NotIdentifiableError
+from symkin.errors import FailedFitError, MechanismError, NotIdentifiableError, SymkinError
 from symkin.estimate.conflict import DrawingConflict, after_priors, conflict_of
 from symkin.estimate.found import Found, GoodnessOfFit, LegFit
 from symkin.estimate.options import EstimateOptions, PoseUse
@@ -114,6 +114,12 @@ def identified_by_leg(
         )
     except NotIdentifiableError as error:
         raise _named(error, mechanism) from None
+    except FailedFitError as error:
+        raise _no_mechanism(error) from None
+
+
+def _no_mechanism(why: SymkinError) -> FailedFitError:
+    return FailedFitError(f"the estimate is no mechanism: {why}. {_LOOK_FOR.capitalize()}")
 
 
 def _conflict(
@@ -262,9 +268,7 @@ def as_mechanism(nominal: Mechanism, values: Array, deviations: Array) -> Mechan
     try:
         made = nominal.with_parameters(values, deviations, symmetry=None)
     except MechanismError as error:
-        raise FailedFitError(
-            f"the estimate is no mechanism: {error}. {_LOOK_FOR.capitalize()}"
-        ) from error
+        raise _no_mechanism(error) from error
     return with_correlations(made, None)
 
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <string>
 
 #include "support/mechanisms.hpp"
 #include "symkin/estimation/detail/latent_problem.hpp"
@@ -222,6 +223,27 @@ TEST(LatentPoses, OfWhichNothingIsKnownAreEliminatedWithoutACondition) {
   EXPECT_EQ(nothing.conditions.cols(), 0);
   EXPECT_EQ(nothing.solution.rows(), 3);
   EXPECT_EQ(nothing.solution.cols(), 0);
+}
+
+TEST(LatentPoses, ASingularPoseIsAFailedFitAndTooManyExactReadingsAreInvalid) {
+  RowMatrix by_pose(4, 2);
+  by_pose << 1, 2, 1, 2, 1, 0, 0, 1;
+  Vector variances(4);
+  variances << 0, 0, 1, 1;
+  EXPECT_THROW(eliminate_pose(by_pose, variances, 0), FailedFit);
+  by_pose.row(1) << 2, 1;
+  EXPECT_EQ(eliminate_pose(by_pose, variances, 0).conditions.cols(), 2);
+  variances[2] = 0;
+  try {
+    eliminate_pose(by_pose, variances, 4);
+    FAIL();
+  } catch (const FailedFit&) {
+    FAIL();
+  } catch (const InvalidInput& error) {
+    EXPECT_EQ(std::string(error.what()),
+              "pose 5 has more exact readings than degrees of freedom; declare a noise of the "
+              "readings above zero");
+  }
 }
 
 // The second leg's second parameter follows the first leg's, once shared and once tied.

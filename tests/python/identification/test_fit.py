@@ -313,3 +313,14 @@ def test_a_radius_near_zero_stays_readable_when_it_is_made(tmp_path: Path) -> No
         actual = disturb(nominal, seed)
         assert (actual.parameters[:, column] >= 0).all()
         _read_back(actual, tmp_path / f"{seed}.toml")
+
+
+def test_a_fit_that_ends_at_a_singular_pose_has_failed_and_names_the_cause():
+    robot = symkin.load("3RRR")
+    plan = symkin.plan(robot, 24, design="mechanism", seed=1, candidates=500)
+    made = symkin.simulate(robot, plan, 2).measurements.for_all_legs()
+    readings = np.array(made.readings)
+    readings[:, :2] = np.roll(readings[:, :2], 1, axis=0)
+    with pytest.raises(FailedFitError, match="pose 23 is singular, as estimated") as raised:
+        symkin.identify(robot, dataclasses.replace(made, readings=readings), "joint")
+    assert raised.value.likely_cause.code == "rows-shifted"

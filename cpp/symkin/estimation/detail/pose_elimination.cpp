@@ -8,6 +8,16 @@
 
 namespace symkin {
 
+void throw_singular(Index pose, bool always) {
+  const std::string named = "pose " + std::to_string(pose + 1);
+  if (always) {
+    throw InvalidInput(named +
+                       " has more exact readings than degrees of freedom; declare a noise of the "
+                       "readings above zero");
+  }
+  throw FailedFit(named + " is singular, as estimated");
+}
+
 PoseElimination eliminate_pose(const RowMatrix& by_pose, const Vector& variances, Index pose) {
   constexpr double kRank = 1e-9;
   constexpr double kRedundant = 1e-12;
@@ -30,10 +40,8 @@ PoseElimination eliminate_pose(const RowMatrix& by_pose, const Vector& variances
   const RowMatrix upper = triangular_factor(deviations.asDiagonal() * left);
   const Vector pivots = upper.diagonal().cwiseAbs();
   if (!(pivots.minCoeff() > kRedundant * pivots.maxCoeff())) {
-    throw InvalidInput("pose " + std::to_string(pose + 1) +
-                       ": more exact observations than the pose has degrees of freedom (more legs "
-                       "than degrees of freedom, or a singular pose); declare a noise of the "
-                       "readings above zero");
+    const Index exact = (variances.array() == 0).count();
+    throw_singular(pose, exact > by_pose.cols());
   }
   result.conditions =
       scale.asDiagonal() * lower_solution(upper.transpose(), left.transpose()).transpose();

@@ -14,8 +14,12 @@ struct PoseElimination {
   RowMatrix solution;    // A, n_x x m; least norm along what no row shows
 };
 
+// Conditions of a pose have no covariance: always, which is InvalidInput, or where the fit has come
+// to, which is a FailedFit.
+[[noreturn]] void throw_singular(Index pose, bool always);
+
 // B is m x n_x. Rows may be exact (V = 0) as long as no combination of exact rows is free of the
-// pose; throws InvalidInput, naming the pose, otherwise.
+// pose; throws as `throw_singular` does otherwise.
 PoseElimination eliminate_pose(const RowMatrix& by_pose, const Vector& variances, Index pose);
 
 }  // namespace symkin
