@@ -116,7 +116,8 @@ def judged(
 def slipped_from(estimate: Estimate[Any], *, shaken: bool) -> int | None:
     """The line of the table from which on there is a step, if one is plain.
 
-    `shaken` is whether a row that was repeated has shown already that something is.
+    `shaken` is whether a row that was repeated has shown already that something is, or the last one
+    repeats another to see that.
     """
     if not shaken and len(estimate.measurements.poses) < _SLIPPED:
         return None

@@ -155,7 +155,7 @@ class Knowledge:
         if doubtful is not None and not shaken:
             before = self._by(count, together(self._table.place(doubtful)))
             return self._explained(made, count, before)
-        slipped = slipped_from(known.estimate, shaken=shaken)
+        slipped = slipped_from(known.estimate, shaken=shaken or again.isdigit())
         first = None if slipped is None else self._table.number(slipped - 2)
         return dataclasses.replace(made, doubtful=None, slipped=first)
 

@@ -32,7 +32,7 @@ Array = NDArray[np.float64]
 Failure = Literal["unreachable", "occluded", "lost", "skipped"]
 
 LEAST_DEGREES = 20  # of freedom, before anything may stop by a noise that was estimated
-_CLOSING = 2  # of the first poses that are measured again in the end
+_CLOSING, _MOST_CLOSING = 2, 4  # of the first poses, measured again in the end; see below
 _FRESH = 2  # rows that may follow these, before they are measured once more
 TABLE, ROBOT = "measured.csv", "robot.toml"
 _UNCOUNTED: Failure = "skipped"  # of failures: nothing speaks against poses nearby
@@ -146,6 +146,9 @@ class Session:
         conditions = int(observed.rows(chooser.candidates[0]).any(axis=2).sum())
         least = -(-int(np.isinf(observed.priors).sum()) // max(conditions, 1))
         least *= chooser.candidates.shape[1]
+        # A slip in one leg shows the less in a repeat the fewer conditions a row of all legs has.
+        shown = conditions / (len(robot.legs) * chooser.candidates.shape[1])
+        self._closing = min(math.ceil(_CLOSING / min(shown, 1.0)), _MOST_CLOSING)
         self.columns = self._format.columns
         named = (*self._format.commanded, *self._format.links, *self.columns)
         names = (ROW, "time", TIME, STATUS, "repeat_of", *named)
@@ -471,7 +474,7 @@ class Session:
         tried = {
             table.lines[place]["repeat_of"]: place for place in table.standing if place > stale
         }
-        left, wanted = [], _CLOSING
+        left, wanted = [], self._closing
         for place in ordinary[:-1]:
             again = tried.get(str(table.number(place)))
             if again is None:
