@@ -136,8 +136,6 @@ class Image:
     details : bool
         Whether it is for the few: the page of a good result has it where all figures are asked
         for, since drawing them takes longer than an estimate.
-    chart : callable, optional
-        The same as data, which a page draws by itself.
     """
 
     name: str
@@ -145,7 +143,6 @@ class Image:
     caption: str
     draw: Callable[[], FigureBase | Axes]
     details: bool = False
-    chart: Callable[[], Any] | None = None
 
 
 @dataclass(frozen=True)

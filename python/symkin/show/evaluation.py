@@ -257,7 +257,6 @@ def error_figures(
             "Histograms of the end-effector errors before and after, logarithmic scale.",
             "How large the errors are, before and after.",
             plotted("error_histogram", before, after, expected),
-            chart=plotted("error_chart", before, after, expected, module="symkin.show.fit_charts"),
         ),
         Image(
             "error_map",

@@ -94,7 +94,6 @@ def _figures(found: Estimate) -> Iterator[Image]:
             "All observations against what the others say, in standard deviations. The lines are "
             "where one of 1000 sound robots has any." + binned,
             plotted("t_values", found),
-            chart=plotted("t_chart", found, module="symkin.show.fit_charts"),
         )
 
 

@@ -24,8 +24,7 @@ from unicodedata import east_asian_width
 from markupsafe import Markup, escape
 
 from symkin.present import ErrorLine, Group, Headline, Image, Movable, Page, Table, draws
-from symkin.show.chart import chart_svg
-from symkin.show.theme import point_names, themed
+from symkin.show.theme import THEME, point_names
 from symkin.show.wording import bare, milli, percent, plural, small
 from symkin.storage.output_files import OutputFiles
 from symkin.version import version
@@ -401,23 +400,16 @@ def _symbols(text: str) -> Markup:
 
 def _drawn(image: Image) -> Markup:
     """The figure as an element that follows the page's colours, and scales with its width."""
-    if image.chart is not None:
-        chart = image.chart()
-        return Markup(chart_svg(chart, image.name, _head(image, chart.width)))
     figure = cast("Figure", image.draw().figure)
     names = point_names(figure)
     drawing = _themed(_svg(figure, image.name))
     drawing = _gathered(_named(_apart(drawing, image.name, names), image.name, names))
-    head = _head(image, figure.get_figwidth())
-    opening = re.compile(r'<svg [^>]*?(viewBox="[^"]*")[^>]*>')
-    return Markup(opening.sub(lambda found: f"{head} {found[1]}>", drawing, count=1))
-
-
-def _head(image: Image, inches: float) -> str:
-    """The beginning of the element."""
+    inches = figure.get_figwidth()
     sizes = (round(pixels * inches) for pixels in (_PIXELS_PER_INCH, _LEAST_PIXELS_PER_INCH))
     style = "width: {}px; min-width: {}px".format(*sizes)
-    return f'<svg role="img" aria-label="{escape(image.alternative)}" style="{style}"'
+    head = f'<svg role="img" aria-label="{escape(image.alternative)}" style="{style}"'
+    opening = re.compile(r'<svg [^>]*?(viewBox="[^"]*")[^>]*>')
+    return Markup(opening.sub(lambda found: f"{head} {found[1]}>", drawing, count=1))
 
 
 def _svg(figure: Figure, name: str) -> str:
@@ -474,7 +466,10 @@ def _with_few_colours(pixels: re.Match[str]) -> str:
 
 def _themed(drawing: str) -> str:
     """With the page's colours in place of those that it has its own values for."""
-    return re.sub(r"(?<=: )#[0-9a-fA-F]{6}\b", lambda found: themed(found[0]), drawing)
+    names = {colour.lower(): f"var(--{name})" for colour, name in THEME.items()}
+    return re.sub(
+        r"(?<=: )#[0-9a-fA-F]{6}\b", lambda found: names.get(found[0].lower(), found[0]), drawing
+    )
 
 
 def _apart(drawing: str, name: str, kept: Iterable[str]) -> str:

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 from weakref import WeakKeyDictionary
 
 if TYPE_CHECKING:  # this is read where figures are not drawn
@@ -19,17 +19,12 @@ __all__ = [
     "LINE",
     "MANY",
     "PAPER",
-    "SMALL",
     "THEME",
-    "LegStyle",
-    "leg_style",
     "name_points",
     "point_names",
-    "themed",
 ]
 
 
-SMALL = 9.0  # pt: ticks and legends
 MANY = 3000  # rows; of more, figures show bins and those that fit worst
 INK = "#333333"
 LINE = "#999999"
@@ -39,7 +34,6 @@ ACCENT = "#D55E00"
 PAPER = "#FFFFFF"
 GRID, PANE = "#E4E4E4", "#FAFAFA"
 LEG_COLOURS = (AFTER, ACCENT, "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
-_LEG_MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
 # The colours that a page gives its own value, by the names of its CSS variables.
 THEME = {
     INK: "ink",
@@ -50,26 +44,8 @@ THEME = {
     PANE: "pane",
     **{colour: f"leg{number}" for number, colour in enumerate(LEG_COLOURS, 1)},
 }
-_NAMES = {colour.lower(): f"var(--{name})" for colour, name in THEME.items()}
 # Weak, so that it does not keep figures alive.
 _point_names: WeakKeyDictionary[Line2D, Sequence[str]] = WeakKeyDictionary()
-
-
-class LegStyle(NamedTuple):
-    """How a leg is drawn in every figure."""
-
-    colour: str
-    marker: str
-
-
-def leg_style(leg: int) -> LegStyle:
-    """Colour and marker of a leg (from 0); the pair repeats only after 56 legs."""
-    return LegStyle(LEG_COLOURS[leg % len(LEG_COLOURS)], _LEG_MARKERS[leg % len(_LEG_MARKERS)])
-
-
-def themed(colour: str) -> str:
-    """A colour as a page has it: its own value in place of those that it has one for."""
-    return _NAMES.get(colour.lower(), colour)
 
 
 def name_points(line: Line2D, names: Sequence[str]) -> None:

@@ -4,13 +4,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import pairwise
+from itertools import islice, pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 from matplotlib.gridspec import SubplotSpec
+from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator, NullLocator, ScalarFormatter
 from numpy.typing import ArrayLike, NDArray
@@ -19,16 +20,19 @@ from symkin.analysis.evaluation import Evaluation
 from symkin.analysis.promises import ExpectedAccuracy
 from symkin.analysis.workspace import WorkspaceSample, coordinate_names, workspace_coordinates
 from symkin.estimate.estimate import Estimate
+from symkin.estimate.evidence.outliers import blunder_limit, blunders_of
+from symkin.estimate.problem import KINDS
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import PoseSpace
 from symkin.planning import PoseCountCurve
-from symkin.show.figures.charts import draw, draw_panel, legend_handles
 from symkin.show.figures.style import (
     COLOUR_MAP,
+    SMALL,
     Array,
     colour_bar,
     flat_axes,
     leg_patches,
+    leg_style,
     legend,
     legend_below,
     new_figure,
@@ -37,14 +41,17 @@ from symkin.show.figures.style import (
     sign,
 )
 from symkin.show.figures.workspaces import View, shown_of, views_of
-from symkin.show.fit_charts import binned, error_chart, error_sizes, rms, t_chart
-from symkin.show.theme import ACCENT, AFTER, INK, LINE, MANY, SMALL, leg_style, name_points
+from symkin.show.theme import ACCENT, AFTER, BEFORE, INK, LINE, MANY, name_points
 from symkin.show.units import on_paper
 from symkin.show.wording import milli, quantity, small
 
 INTERVAL = 1.96  # standard deviations: holds 95% of normal errors
 _COLUMNS = 3  # of panels, one a leg
 _FEW = 1500  # poses that a map shows one by one
+_BINS, _LEAST_IN_BIN = 120, 20
+_WORST = 100  # rows of a leg
+_HELD = (0.05, 0.95)  # quantiles between which a bin holds most
+_NAMED = 5  # blunders
 
 
 def observability(names: Sequence[str], r_diagonals: ArrayLike, *, ax: Axes | None = None) -> Axes:
@@ -140,7 +147,7 @@ def residuals(found: Estimate, *, figure: FigureBase | None = None) -> FigureBas
     """
     left = [_left(found, leg) for leg in range(len(found.nominal.legs))]
     titles = [
-        f"leg {leg}: rms {milli(rms(own.values), own.unit)}" for leg, own in enumerate(left, 1)
+        f"leg {leg}: rms {milli(_rms(own.values), own.unit)}" for leg, own in enumerate(left, 1)
     ]
     figure, panels = _panels(titles, left[0], figure)
     for leg, (own, axes) in enumerate(zip(left, panels, strict=True)):
@@ -213,11 +220,37 @@ def t_values(found: Estimate, *, ax: Axes | None = None) -> Axes:
     -------
     Axes
     """
-    chart = t_chart(found)
-    (panel,) = chart.panels
-    axes = own_axes(ax, chart.width, chart.height, x=panel.x, y=panel.y)
-    draw_panel(axes, panel)
-    legend(axes, legend_handles(chart.legend), below=ax is None)
+    axes = own_axes(ax, 9.2, 3.8, x="row of the measurements", y="t, standard deviations")
+    rows, space = found.rows, found.nominal.pose_space
+    numbers = found.measurements.row_numbers[rows.pose]
+    reading = np.isin(rows.kind, [KINDS.index("readings"), KINDS.index("closures")])
+    groups = [(reading & (rows.index == leg), leg) for leg in range(len(found.nominal.legs))]
+    handles = []
+    for own, leg in [*groups, (~reading, None)]:
+        if not own.any():
+            continue
+        style = None if leg is None else leg_style(leg)
+        colour = INK if style is None else style.colour
+        marker = "." if style is None else style.marker
+        worst = np.flatnonzero(own)[_one_by_one(axes, numbers[own], rows.t[own], colour)]
+        (points,) = axes.plot(
+            numbers[worst], rows.t[worst], marker, color=colour, markersize=4, linestyle="none"
+        )
+        shown = zip(worst.tolist(), numbers[worst], rows.t[worst], strict=True)
+        names = [f"row {number}, {rows.what(row, space)}: {t:+.2g}" for row, number, t in shown]
+        name_points(points, names)
+        label = "poses and others" if leg is None else f"leg {leg + 1}"
+        handles.append(sign(marker, label, colour, 5))
+    limit = blunder_limit(found)
+    for side in (-limit, limit):
+        axes.axhline(side, color=ACCENT, linewidth=0.9, linestyle="--")
+    for each in islice(blunders_of(found), _NAMED):
+        name = f" {each.what}, row {each.row_number}"
+        place = (each.row_number, each.student)
+        axes.annotate(name, place, fontsize=SMALL, color=INK, va="center")
+    axes.axhline(0, color=LINE, linewidth=0.8)
+    axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+    legend(axes, handles, below=ax is None)
     return axes
 
 
@@ -300,12 +333,26 @@ def error_histogram(
     -------
     Figure or SubFigure
     """
-    chart = error_chart(before, after, expected)
-    figure = new_figure(chart.width, chart.height, figure)
-    places = figure.add_gridspec(1, len(chart.panels))
-    for column, panel in enumerate(chart.panels):
-        draw_panel(flat_axes(figure, places[column], x=panel.x, y=panel.y), panel)
-    legend_below(figure, legend_handles(chart.legend), 4 if len(chart.panels) > 1 else 2)
+    names = before.kinds
+    labels = [f"{kind} error, {small(unit)[1]}" for kind, unit in names]
+    factors = [small(unit)[0] for _, unit in names]
+    kinds = list(zip(factors, labels, _error_sizes(before), _error_sizes(after), strict=True))
+    foreseen = [None if expected is None else getattr(expected, kind) for kind, _ in names]
+    figure = new_figure(8.6 if len(kinds) > 1 else 4.6, 3.5, figure)
+    places = figure.add_gridspec(1, len(kinds))
+    for column, (factor, label, *sizes) in enumerate(kinds):
+        axes = flat_axes(figure, places[column], x=label, y="poses, %")
+        value = foreseen[column]
+        told = None if value is None else factor * value
+        _draw_histogram(axes, factor * sizes[0], factor * sizes[1], told)
+    handles: list[Any] = [
+        Patch(color=BEFORE, alpha=0.75, label="before"),
+        Patch(color=AFTER, alpha=0.75, label="after"),
+        Line2D([], [], color=INK, linestyle="--", label="root mean square"),
+    ]
+    if expected is not None:
+        handles.append(Line2D([], [], color=INK, linestyle=":", label="expected after"))
+    legend_below(figure, handles, 4 if len(kinds) > 1 else 2)
     return figure
 
 
@@ -348,7 +395,7 @@ def error_map(
     first: Axes | None = None
     for row, (state, evaluation) in enumerate(states.items()):
         grid = [places[row * len(panels) + column] for column in columns]
-        sizes = factor * error_sizes(evaluation)[0]
+        sizes = factor * _error_sizes(evaluation)[0]
         label = f"{kind} error\n{state}, {told}" if state else f"{kind} error, {told}"
         first = _draw_row(figure, grid, panels, rows, sizes, label, first)
     return figure
@@ -462,12 +509,33 @@ def _draw_left(
     axes: Axes, leg: int, unit: str, x: NDArray[Any], values: Array, rows: NDArray[np.intp]
 ) -> None:
     colour = leg_style(leg).colour
-    many, shown = binned(x, values, colour)
-    draw(axes, many)
+    shown = _one_by_one(axes, x, values, colour)
     (points,) = axes.plot(x[shown], values[shown], "o", color=colour, markersize=3)
     named = zip(rows[shown], values[shown], strict=True)
     told = small(unit)[1]
     name_points(points, [f"row {row}, leg {leg + 1}: {c:+.3g} {told}" for row, c in named])
+
+
+def _one_by_one(axes: Axes, x: NDArray[Any], values: Array, colour: str) -> NDArray[np.intp]:
+    """Which points are to be drawn: all, or of many the worst, once the others are in bins.
+
+    Each bin is drawn by its median and by what holds most of its values.
+    """
+    every = np.arange(len(values))
+    if len(values) <= MANY:
+        return every
+    known = np.flatnonzero(np.isfinite(values))
+    if len(known) > _LEAST_IN_BIN:
+        along = known[np.argsort(x[known], kind="stable")]
+        parts = np.array_split(along, min(_BINS, len(along) // _LEAST_IN_BIN))
+        middle = [float(np.median(x[part])) for part in parts]
+        low, half, high = np.array(
+            [np.quantile(values[part], (_HELD[0], 0.5, _HELD[1])) for part in parts]
+        ).T
+        axes.fill_between(middle, low, high, color=colour, alpha=0.3, linewidth=0)
+        axes.plot(middle, half, color=colour, linewidth=1.0)
+    worst = np.argsort(-np.abs(np.nan_to_num(values)), kind="stable")[:_WORST]
+    return np.sort(worst)
 
 
 # Errors of the end effector.
@@ -479,6 +547,32 @@ class Panel(NamedTuple):
     title: str
     rows: NDArray[np.intp]
     view: View
+
+
+def _error_sizes(evaluation: Evaluation) -> list[Array]:
+    """Distance (m) and angle (rad) of each pose's error, of those that were evaluated."""
+    sizes = dict(zip(("position", "orientation"), evaluation.errors, strict=True))
+    return [sizes[kind] for kind, _ in evaluation.kinds]
+
+
+def _draw_histogram(axes: Axes, before: Array, after: Array, expected: float | None) -> None:
+    shown = [sizes[sizes > 0] for sizes in (before, after)]
+    both = np.concatenate(shown)
+    if not both.size:
+        return
+    # The smallest errors are a long thin tail, left out because it would squeeze the rest.
+    low, high = np.quantile(both, 0.002), both.max() * 1.1
+    bins = np.geomspace(min(low, 0.5 * high), high, 50 if len(both) > 1000 else 26).tolist()
+    for sizes, colour in zip(shown, (BEFORE, AFTER), strict=True):
+        weights = np.full(len(sizes), 100 / max(1, len(sizes)))
+        style: dict[str, Any] = {"histtype": "stepfilled", "color": colour, "alpha": 0.75}
+        axes.hist(sizes, bins=bins, weights=weights, **style)
+        if len(sizes):
+            axes.axvline(_rms(sizes), color=colour, linewidth=1.6, linestyle="--")
+    if expected:
+        axes.axvline(expected, color=INK, linewidth=1.4, linestyle=":")
+    axes.set_xscale("log")
+    powers_of_ten(axes.xaxis)
 
 
 def _draw_row(
@@ -544,4 +638,8 @@ def _draw_errors(axes: Axes, poses: Array, sizes: Array, view: View) -> Any:
         style: dict[str, Any] = {"cmap": COLOUR_MAP, "s": 18, "linewidths": 0}
         return axes.scatter(x, y, c=sizes, rasterized=len(poses) > 200, **style)
     style = {"gridsize": 26, "cmap": COLOUR_MAP, "linewidths": 0.2, "rasterized": True}
-    return axes.hexbin(x, y, C=sizes, reduce_C_function=rms, **style)
+    return axes.hexbin(x, y, C=sizes, reduce_C_function=_rms, **style)
+
+
+def _rms(values: Any) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))

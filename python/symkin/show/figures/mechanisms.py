@@ -26,10 +26,12 @@ from symkin.model.symmetry.groups import SymmetryGroup
 from symkin.planning import Plan
 from symkin.show.figures.style import (
     COLOUR_MAP,
+    SMALL,
     Array,
     dressed,
     equal_box,
     flat_axes,
+    leg_style,
     legend,
     legend_below,
     new_figure,
@@ -38,7 +40,7 @@ from symkin.show.figures.style import (
     thinned,
 )
 from symkin.show.skeleton import Joint, Skeleton, arcs, skeleton_of
-from symkin.show.theme import ACCENT, BEFORE, INK, LINE, PAPER, SMALL, leg_style
+from symkin.show.theme import ACCENT, BEFORE, INK, LINE, PAPER
 from symkin.show.units import on_paper
 from symkin.show.wording import setting
 

@@ -19,8 +19,10 @@ from symkin.analysis.workspace import WorkspaceSample
 from symkin.planning import Plan
 from symkin.planning.accuracy import set_name
 from symkin.show.figures.style import (
+    SMALL,
     flat_axes,
     leg_handles,
+    leg_style,
     legend_below,
     new_figure,
     own_axes,
@@ -34,7 +36,7 @@ from symkin.show.figures.workspaces import (
     reading_limits,
     shown_readings,
 )
-from symkin.show.theme import AFTER, BEFORE, INK, LINE, SMALL, leg_style
+from symkin.show.theme import AFTER, BEFORE, INK, LINE
 from symkin.show.units import on_paper
 from symkin.study import CellSummary, CostResult, ErrorFigure, StudyResult
 from symkin.study.asymmetry import Curve

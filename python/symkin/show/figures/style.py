@@ -10,7 +10,7 @@ from __future__ import annotations
 import io
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -25,13 +25,15 @@ from matplotlib.transforms import Bbox
 from mpl_toolkits.mplot3d import Axes3D  # type: ignore[import-untyped]
 from numpy.typing import NDArray
 
-from symkin.show.theme import GRID, INK, LINE, PANE, PAPER, SMALL, leg_style
+from symkin.show.theme import GRID, INK, LEG_COLOURS, LINE, PANE, PAPER
 
 Array = NDArray[np.float64]
 
 DARK = "#222222"  # on coloured areas, which do not follow the page's theme
 COLOUR_MAP = "viridis"
+SMALL = 9.0  # pt: ticks and legends
 _LABEL = 10.0  # pt: axis labels and titles
+_LEG_MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
 
 
 _DECADES = 1e3  # the span from which a logarithmic axis has fewer marks between its powers
@@ -81,6 +83,18 @@ class Powers(LogFormatter):
         factor = f"{x / 10.0**exponent:.3g}"
         power = f"10{str(exponent).translate(_RAISED)}"
         return power if factor == "1" else f"{factor}\N{MULTIPLICATION SIGN}{power}"
+
+
+class LegStyle(NamedTuple):
+    """How a leg is drawn in every figure."""
+
+    colour: str
+    marker: str
+
+
+def leg_style(leg: int) -> LegStyle:
+    """Colour and marker of a leg (from 0); the pair repeats only after 56 legs."""
+    return LegStyle(LEG_COLOURS[leg % len(LEG_COLOURS)], _LEG_MARKERS[leg % len(_LEG_MARKERS)])
 
 
 def new_figure(width: float, height: float, figure: FigureBase | None = None) -> FigureBase:

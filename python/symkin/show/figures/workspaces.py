@@ -30,11 +30,13 @@ from symkin.model.poses import POSE_SPACES, PoseSpace, space_named, vectors_from
 from symkin.show.figures.style import (
     COLOUR_MAP,
     DARK,
+    SMALL,
     SUBSCRIPTS,
     Array,
     colour_bar,
     flat_axes,
     leg_handles,
+    leg_style,
     legend_below,
     new_figure,
     own_axes,
@@ -48,8 +50,6 @@ from symkin.show.theme import (
     LINE,
     MANY,
     PAPER,
-    SMALL,
-    leg_style,
 )
 from symkin.show.units import on_paper
 from symkin.show.wording import given
