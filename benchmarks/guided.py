@@ -5,9 +5,10 @@
 
 Each session is a robot of its own, made within the tolerances, and decides by itself (`resolve`).
 Met is the share of the sessions whose robot really keeps the accuracy, over the workspace; alarmed
-that in which a row or a slip was doubted; found after: rows from a slip until it was found. Batch
-is a plan of as many poses as are enough for the accuracy, each that fails being replaced by the
-next spare: its rows, the tries that they took, and the share of the robots identified from them
+that in which a row or a slip was doubted; found after: rows from a slip until it was found. A slip
+is of 5 standard deviations of a reading from what the measured pose says that it is. Batch is a
+plan of as many poses as are enough for the accuracy, each that fails being replaced by the next
+spare: its rows, the tries that they took, and the share of the robots identified from them
 that keep the accuracy; what goes wrong is the same, and nothing but failures is noticed.
 """
 
@@ -65,8 +66,19 @@ class Trial:
         self._direction = np.random.default_rng(seed).normal(size=size)
         along = self.sample[:, :size] @ self._direction
         self._hidden = np.quantile(along, 0.85) if kind == "region" else np.inf
-        beside = robot.noise.position if robot.reading_unit == "m" else robot.noise.orientation
-        self.slip = 5 * max(robot.noise.reading, beside)
+        self.slip = 5 * self._deviation(size if case.observe == "position" else None)
+
+    def _deviation(self, coordinates: int | None) -> float:
+        """Of a reading from what the pose says that it is, both being noisy (rms over the legs)."""
+        robot, poses = self.robot, self.sample[:100]
+        readings = robot.inverse_kinematics(poses)
+        square = robot.noise.reading**2
+        for axis in range(poses.shape[1] if coordinates is None else coordinates):
+            noise = robot.noise.position if axis < robot.space.size else robot.noise.orientation
+            moved = poses + noise * (np.arange(poses.shape[1]) == axis)
+            change = robot.inverse_kinematics(moved) - readings
+            square += float(np.nanmean(np.square(change)))
+        return float(np.sqrt(square))
 
     def at(self, pose: NDArray[np.float64], readings: NDArray[np.float64], row: int) -> Any:
         """What the device tells at a pose, if it is taken as the row of that number."""
