@@ -29,8 +29,9 @@ void closure_variances(const ClosureRows& rows, PoseSpace space, const Measureme
 // NaN for derivatives that are not finite; empty where the covariance is singular.
 RowMatrix closure_factor(const RowMatrix& by_pose, const Vector& by_reading, Index closures,
                          PoseSpace space, const MeasurementNoise& noise);
-// The same of several legs. Where it is singular, throws InvalidInput, naming the pose, if there are
-// more legs than degrees of freedom, which need a noise of the readings, and FailedFit otherwise.
+// The same of several legs. Where it is singular, throws InvalidInput, naming the pose, if there
+// are more legs than degrees of freedom, which need a noise of the readings, and FailedFit
+// otherwise.
 RowMatrix joint_closure_factor(const RowMatrix& by_pose, const Vector& by_reading, Index closures,
                                PoseSpace space, const MeasurementNoise& noise, Index pose);
 
