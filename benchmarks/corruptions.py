@@ -23,7 +23,9 @@ import numpy as np
 from false_alarms import WAYS, asked, plan_of
 
 import symkin
+from symkin.analysis.conventions import taken_as
 from symkin.model.poses import (
+    poses_of,
     quaternions_from_rotation_vectors,
     rotations_from_quaternions,
     rotations_from_vectors,
@@ -249,6 +251,12 @@ def turned(angles: Any, order: tuple[int, ...]) -> Any:
     return quaternions_from_rotation_vectors(vectors_from_rotations(motion))
 
 
+def of_other_end(robot: symkin.Mechanism, values: Any, _: object) -> Any:
+    """The base as the platform sees it."""
+    space = robot.pose_space
+    return poses_of(space, taken_as("inverse", values, space))
+
+
 def spatial(robot: symkin.Mechanism) -> bool:
     return robot.space.has_quaternion
 
@@ -305,6 +313,9 @@ EDITS: Mapping[str, Corruption] = {
     ),
     "roll, pitch, yaw in reversed order": Corruption(
         oriented(lambda q: turned(roll_pitch_yaw(q), (2, 1, 0))), CONVENTION, spatial
+    ),
+    "poses of the other end": Corruption(
+        poses(of_other_end), CONVENTION, lambda r: r.space.moves and r.space.turns
     ),
 }
 CORRUPTIONS: Mapping[str, Corruption] = {

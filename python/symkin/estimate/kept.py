@@ -26,7 +26,7 @@ def once(
         if keeps is None:  # the bare fields, as a fleet has them
             return function(found, *asked, **how)
         known = keeps.known
-        key = f"{name} {asked}" if asked else name
+        key = f"{name} {asked} {how}" if asked or how else name
         if key not in known:
             known[key] = function(found, *asked, **how)
         result: _Result = known[key]

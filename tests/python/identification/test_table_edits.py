@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 import symkin
+from symkin.analysis.conventions import taken_as
 from symkin.estimate.evidence.assignment import assigned
+from symkin.model.poses import poses_of
 
 MECHANISMS = ("3RRR", "rotary_delta", "3RPS", "2RRR_PRP", "hexa")
 
@@ -126,6 +128,18 @@ def test_a_target_that_is_elsewhere_is_told_as_the_target_with_its_size():
     assert (doubt.code, doubt.options) == ("frame-not-as-drawn", {"frames": ("target",)})
     assert doubt.size == pytest.approx(0.02, rel=0.1)
     assert doubt.cause.startswith("the target that was measured")
+
+
+@pytest.mark.parametrize("name", ["3RRR", "lsst_camera_hexapod"])
+def test_poses_of_the_base_as_the_platform_sees_it_are_named_and_put_right(name):
+    robot = symkin.load_mechanism(name)
+    table = symkin.simulate(robot, robot.plan(24), seed=1).measurements.for_all_legs()
+    space = robot.pose_space
+    seen = poses_of(space, taken_as("inverse", np.array(table.poses), space))
+    found = symkin.identify(robot, replace(table, poses=seen))
+    assert found.doubts[0].code == "convention-of-poses"
+    assert "the base is told as the platform sees it" in found.doubts[0].cause
+    np.testing.assert_allclose(found.corrected.poses, table.poses, atol=1e-12)
 
 
 def test_more_rows_than_a_quarter_are_no_gross_errors():

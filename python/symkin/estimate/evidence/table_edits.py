@@ -44,6 +44,7 @@ _MIRRORED = " is mirrored"
 _LEAST_TURNED = 6  # rows
 _PLAINLY_OFF = 3.0  # times what the drawing and the noise leave of orientations
 _BETTER = 1.5
+_OTHER_END = "the base is told as the platform sees it, not the platform as the base does"
 _AS_VECTORS = "give them as rotation vectors (rx, ry, rz) or quaternions (qx, qy, qz, qw)"
 
 
@@ -116,6 +117,11 @@ def rarer_edits(stated: Correction) -> Iterator[Correction]:
             yield from _with_poses(stated, words, poses * signs, _negate(nominal, signs))
     for words, turned, remedy in _rarer_orientations(nominal, poses):
         yield from _with_poses(stated, words, turned, remedy)
+    measured = np.isfinite(poses).all(axis=1)
+    if nominal.space.moves and nominal.space.turns and measured.any():
+        inverse, name = np.full_like(poses, np.nan), nominal.pose_space
+        inverse[measured] = poses_of(name, taken_as("inverse", poses[measured], name))
+        yield from _with_poses(stated, _OTHER_END, inverse, "invert them")
 
 
 def _angles(stated: Correction) -> Iterator[Correction]:
