@@ -17,7 +17,7 @@ import sys
 import threading
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Self, get_args
+from typing import Any, Self, TypeGuard, get_args
 
 from symkin.data.columns import pose_column_names
 from symkin.errors import SymkinError
@@ -80,7 +80,7 @@ class Device:
                 errors="replace",
             )
         except (OSError, ValueError) as error:
-            raise DeviceError(f'the device "{command}" cannot be started: {error}') from error
+            raise DeviceError(f"the device `{command}` cannot be started: {error}") from error
         self._lines: queue.Queue[str | None] = queue.Queue()
         self._listener = threading.Thread(target=self._listen, daemon=True)
         self._listener.start()
@@ -100,6 +100,8 @@ class Device:
         answer = self._answer()
         if answer.get("symkin") != VERSION:
             raise self._wrong(answer, f'"symkin": {VERSION} in its first line')
+        if not (_is_number(patience := answer.get("timeout_s", _PATIENCE)) and patience > 0):
+            raise self._wrong(answer, '"timeout_s" above zero')
         return answer
 
     def measure(self, ask: Ask) -> Measured | Failed:
@@ -138,8 +140,7 @@ class Device:
 
     def abort(self) -> None:
         """Tell it to stop where it is, and end it."""
-        with contextlib.suppress(DeviceError):
-            self._send({"id": self._id, "abort": True})
+        self._send({"id": self._id, "abort": True})
         self.close()
 
     def __enter__(self) -> Self:
@@ -176,7 +177,8 @@ class Device:
     def _measured(self, answer: Mapping[str, Any]) -> Measured:
         measured, readings = answer.get("measured"), answer.get("readings") or []
         legs = len(self._session.robot.legs)
-        if not isinstance(measured, dict) or len(readings) not in (0, legs):
+        several = isinstance(readings, list) and len(readings) in (0, legs)
+        if not (isinstance(measured, dict) and several):
             raise self._wrong(answer, f'"measured" by column, and {legs} "readings" or none')
         unit = self._session.robot.reading_unit
         row = {f"psi_{leg}_{unit}": value for leg, value in enumerate(readings, 1)} | measured
@@ -187,15 +189,14 @@ class Device:
         if any(math.isinf(each) for each in values.values()) or "NaN" in json.dumps(row):
             raise self._wrong(answer, "finite numbers or null")
         spread = answer.get("spread_m")
-        return Measured(values, "" if spread is None else f"spread {spread:g} m")
+        return Measured(values, f"spread {spread:g} m" if _is_number(spread) else "")
 
     def _send(self, message: Mapping[str, Any]) -> None:
-        try:
+        # What a program that has ended said last is what is wrong with it: `_answer` tells.
+        with contextlib.suppress(OSError):
             assert self._program.stdin is not None
             self._program.stdin.write(json.dumps(message) + "\n")
             self._program.stdin.flush()
-        except (OSError, ValueError) as error:
-            raise DeviceError(f'the device "{self.command}" has ended') from error
 
     def _listen(self) -> None:
         assert self._program.stdout is not None
@@ -213,7 +214,8 @@ class Device:
                 '{"id": ..., "status": "moving"} while it moves'
             ) from None
         if line is None:
-            raise DeviceError(f'the device "{self.command}" has ended')
+            self._lines.put(None)
+            raise DeviceError(f"the device `{self.command}` has ended")
         try:
             answer = json.loads(line)
         except ValueError:
@@ -225,6 +227,10 @@ class Device:
     def _wrong(self, answer: Mapping[str, Any], expected: str) -> DeviceError:
         said = json.dumps(answer)
         return DeviceError(f"the device says {said[:150]}; expected {expected}")
+
+
+def _is_number(value: object) -> TypeGuard[float]:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
 
 
 def _words(command: str) -> list[str]:

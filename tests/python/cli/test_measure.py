@@ -64,6 +64,10 @@ def test_rows_are_typed_in_the_units_of_the_prompt(symkin, tmp_path, typed):
         ("print(5, flush=True)", "expected a line of JSON"),
         ("pass", "has ended"),
         ("print('{\\'symkin\\': 2}'.replace(chr(39), chr(34)))", "in its first line"),
+        (
+            "print('{\\'symkin\\': 1, \\'timeout_s\\': \\'long\\'}'.replace(chr(39), chr(34)))",
+            '"timeout_s" above zero',
+        ),
     ],
 )
 def test_a_device_that_talks_nonsense_ends_the_session(symkin, tmp_path, answer, words):
