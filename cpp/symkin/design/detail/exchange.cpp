@@ -87,6 +87,7 @@ Selection exchange_for_criterion(const Problem& problem, Selection choice) {
 }  // namespace
 
 Selection select_exchange(const Problem& problem) {
+  const bool determinant = problem.options.criterion == Criterion::O1;
   Selection choice;
   Random random(problem.options.seed, kStream);
   const DesignBounds bounds = bound_designs(problem);
@@ -97,12 +98,15 @@ Selection select_exchange(const Problem& problem) {
     choice.indices = made_regular(problem, pool, choice.indices);
     DeterminantSearch search(problem, pool, choice.indices);
     search.descend();
-    search.kick_and_descend(kParts, std::clamp<Index>(problem.free_count / 4, 1, kSmallestKick),
-                            std::clamp<Index>(2 * problem.free_count / 3, 1, kLargestKick), random);
+    if (determinant) {  // from here another criterion finds what it finds from the optimum
+      search.kick_and_descend(kParts, std::clamp<Index>(problem.free_count / 4, 1, kSmallestKick),
+                              std::clamp<Index>(2 * problem.free_count / 3, 1, kLargestKick),
+                              random);
+    }
     choice.indices = search.chosen();
   }
   // Until no single exchange with any candidate is an improvement.
-  bool improved = true;
+  bool improved = determinant;
   for (int round = 0; improved && round < kVerifications; ++round) {
     const Indices pool = joined(challengers(problem, choice.indices), choice.indices);
     DeterminantSearch search(problem, pool, choice.indices);
@@ -110,7 +114,6 @@ Selection select_exchange(const Problem& problem) {
     choice.indices = search.chosen();
     improved = search.exchanges() > 0;
   }
-  const bool determinant = problem.options.criterion == Criterion::O1;
   // Poses that do not show every parameter have no other criterion either; they are refused.
   const bool regular = std::isfinite(problem.log_det(choice.indices));
   return determinant || !regular ? choice : exchange_for_criterion(problem, std::move(choice));
