@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, TypeAlias
@@ -155,9 +155,12 @@ class Chooser:
         away = np.linalg.norm(np.array(failed[:-1]) - failed[-1], axis=1)
         return bool((away < _AVOIDED).any())
 
-    def plan(self, estimate: Estimate[Any] | None) -> None:
-        """Choose the next poses, by the robot as it is known now."""
-        completing, reached = self._completing(estimate)
+    def plan(self, estimate: Estimate[Any] | None, confidence: float, again: Array) -> None:
+        """Choose the next poses, by the robot as it is known now.
+
+        The accuracy shall be kept with this confidence, poses `again` being measured once more.
+        """
+        completing, reached = self._completing(estimate, confidence, again)
         members = completing.completion([*self.queue, *self._held], reached, _MOST)
         chosen = completing.first(members, _AHEAD)
         self._held = [each for each in members if each not in chosen]
@@ -190,35 +193,60 @@ class Chooser:
         covariance: Array = np.outer(survey.scale, survey.scale) * known
         shares = np.sqrt(np.diag(covariance)) / survey.priors
         names = [survey.unknowns[i] for i in np.argsort(-shares) if shares[i] > SILENT]
-        return self._bounds(forms, covariance), tuple(names)
+        return self._bounds(forms, covariance, self.target.confidence), tuple(names)
 
-    def _completing(self, estimate: Estimate[Any] | None) -> tuple[Completing, Any]:
+    def reaches(self, estimate: Estimate[Any], confidence: float, again: Array) -> bool:
+        """Whether the accuracy is kept with this confidence once these poses are measured again."""
+        survey = self._survey(estimate, again)
+        information = self._information(survey, estimate, again)
+        reached = self._reached(survey, self._forms(survey), estimate, confidence)
+        return reached(np.asarray(np.linalg.inv(information)))
+
+    def _completing(
+        self, estimate: Estimate[Any] | None, confidence: float, again: Array
+    ) -> tuple[Completing, Callable[[Array], bool]]:
         survey, rows, forms = self._surveyed(estimate)
-        factors = (estimate.noise_factor, estimate.conflict_factor) if estimate else (1.0, 1.0)
-        scale = survey.scale
-        scaled = np.outer(scale, scale)
-        known = self._known(survey, estimate)
-        if known is not None:
-            information = np.asarray(np.linalg.inv(known / scaled))
-        else:
-            information = _prior_information(survey)
-            if self._tries.taken:
-                own = survey.rows(np.concatenate(self._tries.taken))
-                own = own.reshape(-1, len(scale)) * scale
-                own = own[np.isfinite(own).all(axis=1)]
-                information = information + own.T @ own
+        scaled = np.outer(survey.scale, survey.scale)
         squares = [forms[name] / wanted**2 * scaled for name, wanted in self.target.wanted.items()]
         chance = self._chance() * np.isfinite(rows).all(axis=(1, 2))
+        information = self._information(survey, estimate, again)
         completing = Completing(
             np.nan_to_num(rows), sum(squares[1:], squares[0]), information, chance
         )
+        return completing, self._reached(survey, forms, estimate, confidence)
+
+    def _information(self, survey: Survey, estimate: Estimate[Any] | None, again: Array) -> Array:
+        """Of what was measured and will be `again`, in units of the unknowns' scale."""
+        scale, poses = survey.scale, list(again)
+        known = self._known(survey, estimate)
+        if known is not None:
+            information = np.asarray(np.linalg.inv(known / np.outer(scale, scale)))
+        else:
+            information = _prior_information(survey)
+            poses += [pose for group in self._tries.taken for pose in group]
+        if poses:
+            own = survey.rows(np.array(poses)).reshape(-1, len(scale)) * scale
+            own = own[np.isfinite(own).all(axis=1)]
+            information = information + own.T @ own
+        return information
+
+    def _reached(
+        self,
+        survey: Survey,
+        forms: Mapping[str, Array],
+        estimate: Estimate[Any] | None,
+        confidence: float,
+    ) -> Callable[[Array], bool]:
+        """Whether the accuracy is kept with a covariance, in units of the unknowns' scale."""
+        factors = (estimate.noise_factor, estimate.conflict_factor) if estimate else (1.0, 1.0)
+        scaled = np.outer(survey.scale, survey.scale)
 
         def reached(covariance: Array) -> bool:
             printed = widened_by(scaled * covariance, survey.layout.prior_rows, *factors)
-            bounds = self._bounds(forms, printed)
+            bounds = self._bounds(forms, printed, confidence)
             return all(bounds[name] <= value for name, value in self.target.wanted.items())
 
-        return completing, reached
+        return reached
 
     def _surveyed(self, estimate: Estimate[Any] | None) -> _Surveyed:
         if estimate is None:
@@ -230,13 +258,19 @@ class Chooser:
         return self._surveyed_at(None)
 
     def _surveyed_at(self, estimate: Estimate[Any] | None) -> _Surveyed:
-        poses = self._poses
+        survey = self._survey(estimate, self._poses)
+        rows = survey.rows(self._poses) * survey.scale
+        rows = rows.reshape(len(self.candidates), -1, rows.shape[2])
+        return survey, rows, self._forms(survey)
+
+    def _survey(self, estimate: Estimate[Any] | None, poses: Array) -> Survey:
         survey = Survey.of(self._as_known(estimate), poses, self._observe, self._unknowns)
         assert survey is not None  # since there is always a prior
-        rows = survey.rows(poses) * survey.scale
-        rows = rows.reshape(len(self.candidates), -1, rows.shape[2])
+        return survey
+
+    def _forms(self, survey: Survey) -> dict[str, Array]:
         position, orientation, *_ = survey.error_forms(self._over)
-        return survey, rows, {"position": position, "orientation": orientation}
+        return {"position": position, "orientation": orientation}
 
     def _known(self, survey: Survey, estimate: Estimate[Any] | None) -> Array | None:
         """What an estimate knows of the unknowns, with whatever else it has taken for unknown."""
@@ -254,9 +288,11 @@ class Chooser:
         known = self.robot.with_parameters(estimate.mechanism.parameters, symmetry=None)
         return known.replace(frames=estimate.mechanism.frames)
 
-    def _bounds(self, forms: Mapping[str, Array], covariance: Array) -> dict[str, float]:
+    def _bounds(
+        self, forms: Mapping[str, Array], covariance: Array, confidence: float
+    ) -> dict[str, float]:
         both = (forms["position"], forms["orientation"])
-        found = promised(both, covariance, (0, 0), self.target.confidence)
+        found = promised(both, covariance, (0, 0), confidence)
         return {"position": found.position_bound, "orientation": found.orientation_bound}
 
     def _chance(self) -> Array:

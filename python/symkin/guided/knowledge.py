@@ -42,12 +42,15 @@ class Known:
         why.
     tolerances : float
         Times the drawing's tolerances count.
+    repaired : bool
+        Whether rows were put right, so that more is asked of the rest.
     """
 
     robot: Mechanism
     estimate: Estimate[Any] | None = None
     failure: str = ""
     tolerances: float = 1.0
+    repaired: bool = False
 
 
 class Knowledge:
@@ -74,14 +77,11 @@ class Knowledge:
     def of(self, count: int) -> Known:
         """By the first lines."""
         if count not in self._known:
-            self._known[count] = self._by(count)
+            lines = self._table.lines[:count]
+            as_other = any(each["remark"].startswith(TAKEN_AS) for each in lines)
+            repaired = as_other or bool(self._table.said(DROPPED, SLIPPED, upto=count))
+            self._known[count] = dataclasses.replace(self._by(count), repaired=repaired)
         return self._known[count]
-
-    @property
-    def repaired(self) -> bool:
-        """Whether rows were put right, so that more is asked of the rest."""
-        as_other = any(each["remark"].startswith(TAKEN_AS) for each in self._table.lines)
-        return as_other or bool(self._table.said(DROPPED, SLIPPED))
 
     def bounds(self, known: Known, confidence: float) -> tuple[dict[str, float], str]:
         """What such robots keep, by name, m and rad; and why that is not known."""

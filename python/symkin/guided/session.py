@@ -86,8 +86,8 @@ class Progress(Value):
     more : int
         Rows that are needed besides, as far as can be told.
     closing : int
-        Of these those that are measured again though the bound is reached, since what slipped
-        shortly before shows in nothing else.
+        Of these the first poses that are measured again, once that is enough: what slipped shortly
+        before shows in nothing else.
     degrees : float
         Degrees of freedom of an estimated noise; infinite if it is declared.
     never : bool
@@ -178,7 +178,7 @@ class Session:
         if not repeating and self.progress.closing:
             repeating = self._unchecked()[0]
         if not (repeating or self._chooser.planned):
-            self._chooser.plan(self.estimate)
+            self._plan(len(self._table.lines))
         row = len(self._table.lines) + 1
         ahead, again = self._chooser.ahead, None
         if repeating:
@@ -369,8 +369,7 @@ class Session:
     @property
     def confidence(self) -> float:
         """Share of such robots that the bounds are for: after a repair, half as many may miss."""
-        wanted = self.target.confidence
-        return 1 - (1 - wanted) / 2 if self._knowledge.repaired else wanted
+        return self._asked_of(self._now)
 
     @property
     def torn(self) -> str:
@@ -388,6 +387,26 @@ class Session:
     def _now(self) -> Known:
         return self._knowledge.of(len(self._table.lines))
 
+    def _asked_of(self, known: Known) -> float:
+        wanted = self.target.confidence
+        return 1 - (1 - wanted) / 2 if known.repaired else wanted
+
+    def _plan(self, upto: int) -> None:
+        """Choose poses by what so many lines say."""
+        known = self._knowledge.of(upto)
+        again = self._poses_of(self._unchecked(upto))
+        self._chooser.plan(known.estimate, self._asked_of(known), again)
+
+    def _poses_of(self, groups: list[tuple[int, ...]]) -> Array:
+        """Where whole groups of rows were measured, one below the other, if that is known."""
+        _, together, coordinates = self._chooser.candidates.shape
+        found: list[Array] = []
+        for group in groups:
+            poses = [self._pose_of(self._table.place(number)) for number in group]
+            known = [pose for pose in poses if pose is not None]
+            found += known if len(known) == together else []
+        return np.array(found).reshape(-1, coordinates)
+
     def _progress(self) -> Progress:
         known = self._now
         bounds, failure = self._knowledge.bounds(known, self.confidence)
@@ -402,19 +421,25 @@ class Session:
         floor, unseen = self._floor
         never = not reached and any(floor[name] > value for name, value in wanted.items())
         reached = reached and degrees >= LEAST_DEGREES
-        unchecked = sum(map(len, self._unchecked()))
-        if not (self._chooser.planned or reached or never):
-            self._chooser.plan(known.estimate)
+        left = self._unchecked()
+        unchecked, again = sum(map(len, left)), self._poses_of(left)
+        closing = reached
+        if not reached and known.estimate is not None and len(again) and not self._chooser.begun:
+            closing = degrees >= LEAST_DEGREES and self._chooser.reaches(
+                known.estimate, self.confidence, again
+            )
+        if not (self._chooser.planned or closing or never):
+            self._plan(len(self._table.lines))
         return Progress(
             rows=len(self._table.counting),
             failed=sum(map(self._table.is_failed, self._table.standing)),
             position_bound=bounds["position"],
             orientation_bound=bounds["orientation"],
             confidence=self.confidence,
-            repaired=self._knowledge.repaired,
+            repaired=known.repaired,
             reached=reached and not unchecked,
-            more=unchecked + (0 if reached else self._chooser.more),
-            closing=unchecked if reached else 0,
+            more=unchecked + (0 if closing else self._chooser.more),
+            closing=unchecked if closing else 0,
             degrees=degrees,
             never=never,
             position_floor=floor["position"],
@@ -440,7 +465,7 @@ class Session:
                 self._chooser.again()
             if place in standing:
                 if not self._chooser.planned:
-                    self._chooser.plan(self._knowledge.of(place).estimate)
+                    self._plan(place)
                 self._tell(place)
         self._seen = len(lines)
         self._repeating = self._left_to_repeat()
@@ -455,24 +480,27 @@ class Session:
         group = self._table.together(self._table.place(int(again)))
         return tuple(number for number in map(self._table.number, group) if number > int(again))
 
-    def _unchecked(self) -> list[tuple[int, ...]]:
+    def _unchecked(self, upto: int | None = None) -> list[tuple[int, ...]]:
         """Rows to measure again in the end: the first ones since something slipped, if anything.
 
-        Each shortly before the end; if that fails, another one, unless somebody leaves it out.
+        Each shortly before the end; if that fails, another one, unless somebody leaves it out. Of
+        so many lines, by default all.
         """
-        table = self._table
-        slipped = table.said(SLIPPED)
+        table, count = self._table, len(self._table.lines) if upto is None else upto
+        slipped = table.said(SLIPPED, upto=upto)
         begin = table.place(slipped[-1]) if slipped else 0
         ordinary = [
             place
             for place in table.counting
-            if place >= begin
+            if begin <= place < count
             and not table.lines[place]["repeat_of"]
             and table.together(place)[0] == place
         ]
         stale = ordinary[-_FRESH - 1] if len(ordinary) > _FRESH else -1
         tried = {
-            table.lines[place]["repeat_of"]: place for place in table.standing if place > stale
+            table.lines[place]["repeat_of"]: place
+            for place in table.standing
+            if stale < place < count
         }
         left, wanted = [], self._closing
         for place in ordinary[:-1]:

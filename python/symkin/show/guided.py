@@ -48,7 +48,7 @@ def progress_text(session: Session, progress: Progress) -> str:
         parts.append(f"{kind} {now} of {milli(wanted, unit)}")
     more = "" if progress.reached or progress.never else f", some {progress.more} more"
     if progress.closing:
-        more = f", enough: the first poses again, {progress.closing} more, in case anything slipped"
+        more = f", enough with the first poses again, {progress.closing} more, which show a slip"
     failed = f", {progress.failed} failed" if progress.failed else ""
     done = progress.rows + (0 if progress.reached else progress.more)
     full = round(_BAR * progress.rows / max(done, 1))
@@ -173,8 +173,8 @@ def end_text(session: Session, progress: Progress, width: int = WIDTH) -> str:
         head = f"Not yet: {rows}, some {progress.more} more. So far:"
         if progress.closing:
             head = (
-                f"Not yet: {rows}. The bound is reached, but {progress.closing} of the first poses "
-                "were not measured again, which would show a slip in the last rows:"
+                f"Not yet: {rows}. Enough with {progress.closing} of the first poses again, which "
+                "would show a slip in the last rows. So far:"
             )
         if progress.degrees < LEAST_DEGREES:
             lines.append(
