@@ -327,7 +327,7 @@ CORRUPTIONS: Mapping[str, Corruption] = {
     "device scale 2000 ppm": Corruption(scaled(2e-3), FRAME, assumed="scale"),
     "device scale 200 ppm": Corruption(scaled(2e-4), FRAME, assumed="scale"),
     "backlash 0.5 mm": Corruption(backlash(5e-4), ("has-backlash",)),
-    "backlash 0.1 mm": Corruption(backlash(1e-4), ("has-backlash",)),
+    "backlash 0.1 mm": Corruption(backlash(1e-4), ("has-backlash",), assumed="backlash"),
     # On average over the rows a longer metre.
     "growth 500 ppm": Corruption(growing(5e-4), ("grows",), assumed="scale"),
     "growth 50 ppm": Corruption(growing(5e-5), ("grows",), assumed="scale"),
@@ -422,7 +422,7 @@ def verdict(
     ]  # fmt: skip
     if errors[0] <= _WORSE * errors[1]:
         return "trusted"
-    codes = ("held-as-exact", "sag-unseen")
+    codes = ("held-as-exact", "unseen")
     noted = any(corruption.assumed in note.cause for note in found.notes if note.code in codes)
     return "trusted, worse, as noted" if corruption.assumed and noted else "trusted, worse"
 

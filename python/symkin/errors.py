@@ -63,7 +63,7 @@ class NotIdentifiableError(SymkinError):
 
 
 class FailedFitError(SymkinError):
-    """An identification ended at parameters that no mechanism has."""
+    """An identification ended nowhere, or at parameters that no mechanism has."""
 
 
 class MeasurementError(SymkinError):

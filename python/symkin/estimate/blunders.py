@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from symkin import _core
 from symkin.data.measurements import Measurements
 from symkin.data.observables import OBSERVABLES
-from symkin.errors import NotIdentifiableError, SymkinError
+from symkin.errors import FailedFitError, NotIdentifiableError, SymkinError
 from symkin.estimate.fit import FALSE_ALARMS
 from symkin.estimate.options import ROBUST, Loss
 from symkin.estimate.problem import KINDS, OBSERVED, Problem, Rows, without_pose
@@ -117,7 +117,7 @@ def estimated_noise(problem: Problem, fit: _core.JointFit) -> tuple[Problem, _co
         fit = problem.fit(nearest=problem.options.gauge == "nominal")
         if change < _STILL:
             return problem, fit
-    raise SymkinError(
+    raise FailedFitError(
         "the noise cannot be estimated from these observations, which do not tell its parts "
         f"apart (after {_NOISE_STEPS} steps: {problem.noise}); declare it"
     )

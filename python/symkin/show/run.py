@@ -46,7 +46,7 @@ from symkin.show.wording import (
 )
 from symkin.show.workspace import workspace_section
 
-_OF_THE_DEVICE = ("held-as-exact", "sag-unseen")  # notes of what a simulated one has not
+_OF_THE_DEVICE = ("held-as-exact", "unseen")  # notes of what a simulated one has not
 _TOLD = 5  # of a fleet's doubts, and robots of each
 
 

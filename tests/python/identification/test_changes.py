@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import symkin
+from symkin.analysis.observed import Observed
 from symkin.cli import main
 from symkin.errors import SymkinError
 from symkin.estimate.covariates import clock, covariates_of, last_moves
@@ -97,7 +98,42 @@ def test_positions_that_stay_behind_by_a_share_of_the_last_move_are_told(paper, 
     (told,) = found.doubts
     assert told.code == "lags"
     assert told.size == pytest.approx(0.01, rel=0.1)
-    assert "stay behind by 1.0" in str(told)
+    assert "positions stay behind by 1" in str(told)
+
+
+def test_orientations_and_reflectors_that_stay_behind_are_told_alike(paper, plan, sound):
+    taken = sound.measurements.for_all_legs()
+    poses = np.array(taken.poses)
+    poses[1:, 2] -= 0.01 * np.diff(poses[:, 2])
+    (told,) = symkin.identify(paper, dataclasses.replace(taken, poses=poses)).doubts
+    assert "orientations stay behind by 1" in str(told)
+    seen = Observed("points", base=(1.0, -0.5, 3.0), points=((0.1, 0.0), (-0.1, 0.05)))
+    taken = symkin.simulate(paper, plan, 1, observe=seen).measurements.for_all_legs()
+    points = np.array(taken.points)
+    points[1:] -= 0.01 * np.diff(points, axis=0)
+    late = dataclasses.replace(taken, points=points)
+    (told,) = symkin.identify(paper, late, frames=["base"]).doubts
+    assert told.code == "lags"
+    assert told.size == pytest.approx(0.01, rel=0.1)
+
+
+def test_backlash_that_is_missed_is_told_with_what_it_does_to_the_robot(paper):
+    poses, every = symkin.sample_workspace(paper, 50, seed=1).poses, np.arange(50)
+    readings = paper.inverse_kinematics(poses)
+    own = symkin.Plan(paper, np.full(50, -1), every, every >= 40, poses, readings)
+    taken = symkin.simulate(paper, own, 1, observe="position").measurements
+    found = symkin.identify(paper, taken)
+    (note,) = (each for each in found.notes if each.code == "unseen")
+    told = re.search(r"backlash of ([\d.]+) mrad of all legs \(([\d.]+) times\)", str(note))
+    assert note.options["backlash"] is True
+    played = taken.readings + 0.5e-3 * float(told[1]) * last_moves(paper, taken)
+    spoiled = symkin.identify(paper, dataclasses.replace(taken, readings=played))
+    poses = spoiled.latent_poses
+    moved = symkin.evaluate(spoiled.mechanism, actual=found.mechanism, poses=poses)
+    times = moved.position_rms / found.expected_at_poses.position
+    assert times == pytest.approx(float(told[2]), rel=0.1)
+    known = symkin.identify(paper, taken, backlash=True).notes
+    assert "backlash" not in " ".join(str(each) for each in known if each.code == "unseen")
 
 
 def test_readings_a_row_late_along_a_smooth_path_are_no_backlash(paper, plan):

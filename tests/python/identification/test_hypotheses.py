@@ -399,6 +399,30 @@ def test_what_no_correction_explains_is_left_at_its_symptoms(paper, plan):
     assert found.hypotheses[0].per_degree <= found.hypotheses[-1].per_degree
 
 
+def test_a_gain_so_far_off_that_no_pose_follows_from_the_readings_is_named():
+    robot = symkin.load_mechanism("3RPS")
+    poses = symkin.sample_workspace(robot, 40, seed=1).poses
+    every, readings = np.arange(40), robot.inverse_kinematics(poses)
+    own = symkin.Plan(robot, np.full(40, -1), every, every >= 30, poses, readings)
+    taken = of_leg(0, lambda r: 2 * r)(measured(robot, own, POSITIONS))
+    tried = hypotheses_of(robot, taken, EstimateOptions("joint"))
+    assert told(tried[0].cause) == [("gain", (1,))]
+    assert tried[0].cause.size == pytest.approx(2, rel=0.02)
+    place = robot.parameter_names.index("sensor_gain")
+    redrawn = tried[0].drawing.parameters.copy()
+    assert redrawn[0, place] == pytest.approx(robot.parameters[0, place] / 2, rel=0.02)
+    redrawn[0, place] = robot.parameters[0, place]
+    np.testing.assert_array_equal(redrawn, robot.parameters)
+
+
+def test_noise_that_cannot_be_estimated_because_of_a_mistake_is_refused_with_its_cause(paper, plan):
+    seen = Observed("points", base=(1.0, -0.5, 3.0), points=((0.1, 0.0), (-0.1, 0.05)))
+    taken = of_leg(0, lambda r: 2 * r)(measured(paper, plan, seen))
+    with pytest.raises(FailedFitError, match="noise cannot be estimated") as refused:
+        symkin.identify(paper, taken, frames=["base"], noise="estimate")
+    assert told(refused.value.likely_cause) == [("gain", (1,))]
+
+
 def test_two_corrections_that_leave_much_are_not_proposed():
     """Of a thousand pairs some are a thousand times less bad than readings out of all order."""
     arm = symkin.load_mechanism("5bar")

@@ -33,18 +33,23 @@ from symkin.estimate.kept import once
 from symkin.estimate.problem import own_readings
 from symkin.estimate.unknowns import slope_units
 from symkin.model.core_setup import core_setup, scalar_names
-from symkin.model.framing import unframed
+from symkin.model.framing import framed, unframed
+from symkin.model.poses import Transform, between, frame, transforms
+from symkin.model.settings import Frames
 from symkin.values import Value, field, record
 
 __all__ = [
     "CHANGES",
     "ChangeTest",
     "Rows",
+    "Term",
+    "asked_for",
     "change_tests",
     "doubts_of_changes",
     "largest_of_steps",
     "rows_of_changes",
     "step_scores",
+    "terms_of_changes",
     "thousandths",
     "usual",
     "whole_change",
@@ -55,7 +60,10 @@ _TRIM = 2  # rows before the first and after the last step that is looked for
 _RANK = 1e-9  # of the largest singular value
 _SILENT = 1e-6  # of a column: the unknowns explain all of it
 _SMALL_LAG = 0.5  # of the last move
+_MOST = 0.9  # of what noise does not explain
 _PER_LEG, _GROWS = "one", "all"  # names of covariates that are 1 in every row
+_TURNS = "turn"  # what lags, but for positions
+_AXES = {"x": 0, "y": 1, "z": 2, "rx": 3, "ry": 4, "rz": 5, "phi": 5}  # of a tangent
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 
 
@@ -89,7 +97,8 @@ class ChangeTest(Value):
         Whether noise explains the residuals with terms of its kind, or these at least most of what
         it does not; and whether without them it does not.
     most : bool
-        Whether it does, since it was estimated, and terms of its kind explain most of that noise.
+        Whether terms of its kind explain most of what noise does not, or of noise that explains it
+        since it was estimated.
     """
 
     what: str
@@ -114,19 +123,20 @@ class ChangeTest(Value):
 
 
 @dataclass(frozen=True)
-class _Term:
-    """A column of whitened rows, less what the unknowns explain."""
+class Term:
+    """A column of whitened rows, and what is left of it, less what the unknowns explain."""
 
     what: str
     of: str  # the leg's block, or the component of the base
     leg: int
     row: int
+    column: Array
     left: Array
-    length: float  # of the whole column
     p_of: Callable[[float], float]
 
     @property
     def kind(self) -> tuple[str, bool]:
+        """What it is, and whether of the base or of all."""
         return self.what, self.leg < 0
 
 
@@ -163,7 +173,7 @@ def change_tests(found: Found, apart: Sequence[int] = ()) -> tuple[ChangeTest, .
         return ()
     if rows is None or rows.spare < 1:
         return ()
-    terms = [each for each in _terms(found, rows) if each.left.any()]
+    terms = [each for each in terms_of_changes(found, rows) if each.left.any()]
     if not terms:
         return ()
     square = float(np.square(rows.residual).sum())
@@ -192,12 +202,13 @@ def change_tests(found: Found, apart: Sequence[int] = ()) -> tuple[ChangeTest, .
                 statistic=statistic,
                 p_value=term.p_of(abs(statistic)),
                 limit=ALARMS / counts[term.what == "step"],
-                seen=float(length / term.length),
+                seen=float(length / np.linalg.norm(term.column)),
                 explains=(left_over or drop > (square - rows.spare) / 2)
                 and (term.what != "lag" or drop == most),
                 # By half a move is no first order: readings may stand in other rows.
                 whole=left_over and not before and (term.what != "lag" or abs(size) < _SMALL_LAG),
-                most=left_over and before and 2 * drop > square,
+                most=(left_over and before and 2 * drop > square)
+                or (not before and drop > _MOST * (square - rows.spare)),
             )
         )
     return tuple(tests)
@@ -208,7 +219,7 @@ def usual(square: float, degrees: int) -> bool:
     return degrees > 0 and bool(_core.chi_square_tail(max(square, 0.0), degrees) > FALSE_ALARMS)
 
 
-def _drop(rows: Rows, terms: Sequence[_Term], kind: tuple[str, bool]) -> tuple[float, int]:
+def _drop(rows: Rows, terms: Sequence[Term], kind: tuple[str, bool]) -> tuple[float, int]:
     """How much of chi-square all terms of a kind explain together, and how many they are."""
     own = [each for each in terms if each.kind == kind]
     columns = np.column_stack([each.left.ravel() for each in own])
@@ -217,7 +228,8 @@ def _drop(rows: Rows, terms: Sequence[_Term], kind: tuple[str, bool]) -> tuple[f
     return float(np.square(columns @ fitted).sum()), len(own)
 
 
-def _terms(found: Found, rows: Rows) -> Iterator[_Term]:
+def terms_of_changes(found: Found, rows: Rows) -> Iterator[Term]:
+    """All that is tested for."""
     measured = found.measurements
     time = clock(measured)[rows.order]
     moves = last_moves(found.nominal, measured)[rows.order] / 2
@@ -234,17 +246,36 @@ def _terms(found: Found, rows: Rows) -> Iterator[_Term]:
     late = [_along(rows, each) for each in late_clock(found.nominal, measured)]
     if late:  # the same time in all that was seen
         yield from _term(rows, "clock", "", -1, np.sum(late, axis=0))
-    yield from _term(rows, "lag", "", -1, _lag(found.nominal.space.position, rows, measured.poses))
+    for of, behind in _lags(found, rows):
+        yield from _term(rows, "lag", of, -1, behind)
 
 
-def _lag(axes: Sequence[str], rows: Rows, poses: Array) -> Array:
-    """Of positions that stay behind by a share of the last move, n x r."""
-    moves = np.nan_to_num(np.diff(poses[rows.order, : len(axes)], axis=0))
-    column = np.zeros_like(rows.residual)
-    for i, axis in enumerate(axes):
-        if axis in rows.components:
-            column[1:] -= moves[:, [i]] * rows.by_base[1:, :, rows.components.index(axis)]
-    return column
+def _lags(found: Found, rows: Rows) -> Iterator[tuple[str, Array]]:
+    """Of positions, and of orientations, that stay behind by a share of the last move, n x r.
+
+    As if the base had stood so much further back, turned about where the platform is.
+    """
+    measured, robot = found.measurements, found.mechanism
+    if not (np.isfinite(measured.poses).any() or measured.points is not None):
+        return
+    places = unframed(robot, measured.poses) if found.legs else found.latent_poses
+    robot = robot.replace(frames=None) if found.legs else robot
+    frames = robot.frames or Frames()
+    seen = transforms(robot.pose_space, framed(robot, places)[rows.order])
+    moves = np.nan_to_num(between(_of(seen, slice(-1)), _of(seen, slice(1, None))))
+    away = np.nan_to_num(seen.translation - frame(robot.pose_space, frames.base).translation)[1:]
+    turns = np.zeros_like(moves)
+    turns[:, :3], turns[:, 3:] = np.cross(away, moves[:, 3:]), moves[:, 3:]
+    moves[:, 3:] = 0.0
+    for of, behind in (("", moves), (_TURNS, turns)):
+        column = np.zeros_like(rows.residual)
+        for i, name in enumerate(rows.components):
+            column[1:] -= behind[:, [_AXES[name]]] * rows.by_base[1:, :, i]
+        yield of, column
+
+
+def _of(motions: Transform, some: slice) -> Transform:
+    return Transform(motions.rotation[some], motions.translation[some])
 
 
 def _along(rows: Rows, late: Covariate) -> Array:
@@ -256,14 +287,14 @@ def _along(rows: Rows, late: Covariate) -> Array:
     return np.asarray(values[:, None] * rows.by_base[..., along])
 
 
-def _term(rows: Rows, what: str, of: str, leg: int, column: Array) -> Iterator[_Term]:
+def _term(rows: Rows, what: str, of: str, leg: int, column: Array) -> Iterator[Term]:
     length = float(np.linalg.norm(column))
     left = rows.left(column)
     if np.linalg.norm(left) > _SILENT * length > 0:
-        yield _Term(what, of, leg, -1, left, length, _two_sided)
+        yield Term(what, of, leg, -1, column, left, _two_sided)
 
 
-def _step(numbers: NDArray[np.intp], rows: Rows, of: str, leg: int, one: Array) -> Iterator[_Term]:
+def _step(numbers: NDArray[np.intp], rows: Rows, of: str, leg: int, one: Array) -> Iterator[Term]:
     """The step that shows most of all rows, between the first and the last few."""
     steps, scores, alike = step_scores(one, rows.basis, rows.residual)
     if not len(steps):
@@ -272,10 +303,8 @@ def _step(numbers: NDArray[np.intp], rows: Rows, of: str, leg: int, one: Array) 
     # As the unknown has it, -1 before: a constant beside is not.
     column = np.where(np.arange(len(one))[:, None] < step, -one, 0.0)
     row = int(numbers[rows.order[step]])
-    yield _Term(
-        "step", of, leg, row, rows.left(column), float(np.linalg.norm(column)),
-        lambda u: largest_of_steps(u, alike),
-    )  # fmt: skip
+    left = rows.left(column)
+    yield Term("step", of, leg, row, column, left, lambda u: largest_of_steps(u, alike))
 
 
 def step_scores(one: Array, basis: Array, residual: Array) -> tuple[NDArray[np.intp], Array, Array]:
@@ -408,7 +437,7 @@ def _gradient(rows: Array, residual: Array) -> Array:
     return np.asarray(np.einsum("nrk,nr->k", rows, residual))
 
 
-def _names(found: Found, terms: Sequence[_Term]) -> tuple[list[str], tuple[str, ...]]:
+def _names(found: Found, terms: Sequence[Term]) -> tuple[list[str], tuple[str, ...]]:
     per = "K" if found.measurements.temperatures is not None else ""
     names = []
     for each in terms:
@@ -419,7 +448,7 @@ def _names(found: Found, terms: Sequence[_Term]) -> tuple[list[str], tuple[str, 
     full = [f"leg1.{each}" if each == "growth" else each for each in names]
     units = slope_units(found.nominal, full, {"growth": per})
     return names, tuple(
-        "" if each == "lag" else unit for each, unit in zip(names, units, strict=True)
+        "" if each.startswith("lag") else unit for each, unit in zip(names, units, strict=True)
     )
 
 
@@ -432,6 +461,7 @@ _CODES = {
     "lag": "lags",
 }
 CHANGES = frozenset(_CODES.values())
+_SHOWN = {"": "positions", _TURNS: "orientations"}
 
 
 def whole_change(doubts: Sequence[Doubt]) -> Doubt | None:
@@ -445,14 +475,6 @@ def doubts_of_changes(tests: Sequence[ChangeTest]) -> Iterator[Doubt]:
     if not alarms:
         return
     worst = min(alarms, key=lambda each: (each.p_value / each.limit, -abs(each.statistic)))
-    asked: dict[str, dict[str, Any]] = {
-        "drift": {"drift": ["leg" if worst.leg >= 0 else "frame"]},
-        "step": {"step": [f"{worst.row}" if worst.leg >= 0 else f"frame:{worst.row}"]},
-        "growth": {"growth": True},
-        "backlash": {"backlash": True},
-        "clock": {"clock_offset": True},
-        "lag": {},
-    }
     legs = (worst.leg,) if worst.leg >= 0 else ()
     component = worst.name.partition(".")[2]
     figures = {
@@ -464,10 +486,26 @@ def doubts_of_changes(tests: Sequence[ChangeTest]) -> Iterator[Doubt]:
         "most": worst.most,
         "evidence": f" ({abs(worst.statistic):.1f} standard deviations, p {worst.p_value:.1g})",
     }
+    if worst.what == "lag":
+        lags = {each.name for each in alarms if each.what == "lag"}
+        figures["shown"] = "poses" if len(lags) > 1 else _SHOWN[component]
     rows = (worst.row,) if worst.what == "step" else ()
     yield Doubt(
-        _CODES[worst.what], legs, rows, worst.size, worst.p_value, figures, asked[worst.what]
+        _CODES[worst.what], legs, rows, worst.size, worst.p_value, figures, asked_for(worst)
     )
+
+
+def asked_for(change: ChangeTest | Term) -> dict[str, Any]:
+    """Options by which it is an unknown; none if there are none."""
+    asked: dict[str, dict[str, Any]] = {
+        "drift": {"drift": ["leg" if change.leg >= 0 else "frame"]},
+        "step": {"step": [f"{change.row}" if change.leg >= 0 else f"frame:{change.row}"]},
+        "growth": {"growth": True},
+        "backlash": {"backlash": True},
+        "clock": {"clock_offset": True},
+        "lag": {},
+    }
+    return asked[change.what]
 
 
 def _amount(test: ChangeTest) -> str:

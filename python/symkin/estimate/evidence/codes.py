@@ -230,9 +230,10 @@ DOUBTS: Mapping[str, Code] = {
         "identify with {options}, or measure at rest",
     ),
     "lags": Code(
-        "measured positions stay behind by {amount} of the last move: the robot had not come to "
+        "measured {shown} stay behind by {amount} of the last move: the robot had not come to "
         "rest, or the measuring device smooths or is late{evidence}",
         "wait longer before a pose is measured",
+        {"shown": "positions"},
     ),
     "sessions-noise": Code(
         "the noise of session {session} is {times} times that of the others{evidence}",
@@ -340,11 +341,10 @@ NOTES: Mapping[str, Code] = {
         "{names} {be} held and taken as exact",
         "declare how far off {it} may be: assume, in the file [assumed]",
     ),
-    "sag-unseen": Code(
-        "a sag of {size:.2g} m at the outermost pose is missed in 1 of 10 robots, a smaller one "
-        "more often; it would move the end effector by {times:.2g} times the error to expect at "
-        "these poses",
-        "if the robot may sag so much, identify with {options}",
+    "unseen": Code(
+        "missed in 1 of 10 robots, smaller ones more often: {names}; in brackets how many times "
+        "the error to expect at these poses that would move the end effector",
+        "if the robot may have it, identify with {options}",
     ),
     "noise-estimated": Code(
         "The noise was estimated from the same observations, so that chi-square says nothing of "

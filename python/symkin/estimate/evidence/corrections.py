@@ -49,6 +49,7 @@ _BETTER = 20.0  # of chi-square: corrections that differ by less are not told ap
 # Poses (without and with unknown frames) and steps of first looks, which what is mistaken does not
 # survive, and how many do.
 _LOOKS = ((2, 5, 4, 24), (12, 12, 6, 8))
+_A_LOOK = 5.0  # times what a screened correction costs
 _TESTS = 10  # of the first at least, by what is observed besides the coordinates of its poses
 _HOPELESS = 1000.0  # times what another leaves that may well explain the data
 _NAMED = 4
@@ -114,8 +115,9 @@ class Budget:
     Attributes
     ----------
     left : float
-        First looks, of a robot with one leg; they cost as the square of the legs. As many as there
-        are for a hexapod, of two corrections at once too.
+        Screened corrections, of a robot with one leg; they cost as the square of the legs, and
+        those at whose poses there has to be a look so many times as much. As many as there
+        are for a hexapod, of two corrections at once too, if they are screened.
     spent : bool
         Whether it did not do for everything.
     """
@@ -123,10 +125,12 @@ class Budget:
     left: float = 6e4
     spent: bool = False
 
-    def of(self, corrections: Iterable[Correction], legs: int) -> Iterator[Correction]:
+    def of(
+        self, corrections: Iterable[Correction], legs: int, *, screened: bool
+    ) -> Iterator[Correction]:
         """As many of them as there is a budget for."""
         for each in corrections:
-            self.left -= legs**2
+            self.left -= legs**2 * (1 if screened else _A_LOOK)
             if self.left < 0:
                 self.spent = True
                 return
@@ -223,7 +227,7 @@ def hypotheses_of(
     stated = Correction(_as_it_is, Statement(nominal, options), measurements)
     budget, legs = budget or Budget(), len(nominal.legs)
     screen = Screen.of(stated)
-    tried = budget.of(corrections_of(stated), legs)
+    tried = budget.of(corrections_of(stated), legs, screened=screen is not None)
     listed = screen.short_list(stated, tried) if screen else _looked_at(stated, tried)
     alone = _judged(stated, listed, shaped)
     proposed = [each for each in alone if each.proposed]
@@ -233,11 +237,12 @@ def hypotheses_of(
     # Too many to be named may each explain the data, and a second mistake is none then.
     if any(each.explained and each.per_degree > _TOO_GOOD for each in alone):
         return alone
-    if before < _GREAT or (screen and screen.agrees(stated)):
+    if before < _GREAT or Screen.agrees(stated):
         return alone
     # Of so many some are much less bad than a great mistake; what they leave has to be little.
     parts = {each.what for each in proposed}
-    tried = budget.of(pairs_of(stated, parts, listed.first), legs)
+    pairs_first = pairs_of(stated, parts, listed.first)
+    tried = budget.of(pairs_first, legs, screened=screen is not None)
     listed = screen.short_list(stated, tried) if screen else _looked_at(stated, tried)
     pairs = _judged(stated, listed, shaped)
     found = (each.per_degree for each in pairs if each.proposed)
@@ -411,10 +416,8 @@ def _redrawn(
 ) -> Mechanism | None:
     """The mechanism as a correction has it, if it says that the drawing is wrong."""
     nominal, cause = stated.mechanism, told.cause
-    if corrected.mechanism is not nominal:
-        return corrected.mechanism
     if cause is None or cause.code not in _OF_THE_DRAWING:
-        return None
+        return None if corrected.mechanism is nominal else corrected.mechanism
     name = _OF_THE_DRAWING[cause.code] or str(cause.figures["name"])
     place, legs = list(nominal.parameter_names).index(name), list(cause.legs)
     parameters = nominal.parameters.copy()

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.analysis.workspace import best_homes
-from symkin.errors import named_legs
+from symkin.errors import SymkinError, named_legs
 from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.evidence.frames import frame_doubt, only, with_frames
 from symkin.estimate.evidence.measured import with_modes
@@ -32,6 +32,7 @@ Array = NDArray[np.float64]
 
 _FEW_LEGS = 4  # of which any combination is tried
 _WIDE_GAIN = 1.0  # of the sensor's gain, where it is in question
+_FAR = 1.5  # times as far as other legs
 _OF_READINGS = ("opposite-sign", "unit-of-readings", "zero-half-a-turn-off")
 _FACTORS = {
     180 / math.pi: "degrees that were stated as radians",
@@ -238,14 +239,41 @@ def _sensors(stated: Correction) -> Iterator[Correction]:
     given = stated.options.prior
     if isinstance(given, str) or given is None:
         given = {}
+
+    def of(legs: tuple[int, ...], name: str, robot: Mechanism) -> Correction:
+        wide = {f"leg{leg + 1}.{name}": float(widths[name][leg]) for leg in legs}
+        options = dataclasses.replace(stated.options, prior={**given, **wide})
+        return stated.of(cause(legs, name), robot, options)._replace(wide=len(legs))
+
     for legs in _sets(count, alone=True):
-        for name, width in widths.items():
+        for name in widths:
             if name in named:
-                wide = {f"leg{leg + 1}.{name}": float(width[leg]) for leg in legs}
-                priors = {**given, **wide}
-                options = dataclasses.replace(stated.options, prior=priors)
-                made = stated.of(cause(legs, name), nominal, options)
-                yield made._replace(wide=len(legs))
+                yield of(legs, name, nominal)
+    times = _times_as_far(stated)
+    for leg in np.flatnonzero(np.abs(np.log(times)) > math.log(_FAR)).tolist():
+        parameters = nominal.parameters.copy()
+        parameters[leg, named.index("sensor_gain")] /= times[leg]
+        try:
+            yield of((leg,), "sensor_gain", nominal.with_parameters(parameters, symmetry=None))
+        except SymkinError:
+            continue
+
+
+def _times_as_far(stated: Correction) -> Array:
+    """How far each leg's joint moves by its readings, over what legs do of which half move less.
+
+    From there a gain is found that is too far off for the poses of the drawing at the readings.
+    """
+    nominal, readings = stated.mechanism, stated.measurements.readings
+    legs = readings.shape[1]
+    units = [nominal.leg_info(leg).reading_unit for leg in range(legs)]
+    read = np.isfinite(readings)
+    spread = np.std(np.where(read, readings, 0.0), axis=0, where=read | ~read.any(axis=0))
+    moved, times = spread * np.abs(nominal.sensor_gains), np.ones(legs)
+    if "sensor_gain" in nominal.parameter_names and legs > 2 and len({*units}) == 1:
+        usual = np.median(moved)
+        times = np.where((moved > 0) & (usual > 0), moved / (usual or 1.0), 1.0)
+    return np.asarray(times)
 
 
 def _held_factors(stated: Correction) -> Iterator[Correction]:

@@ -91,7 +91,7 @@ _OF_RESIDUALS = (_SHAPES - CHANGES - SESSIONS) | {
     "readings-coarse",
 }
 # How far parameters are from the drawing, which any of these makes of a sound robot's.
-_OF_PARAMETERS = {"moved-together", "parameters-far", "far-from-drawing"}
+_OF_PARAMETERS = {"moved-together", "parameters-far", "far-from-drawing", "parameters-unknown"}
 
 
 class Noticed(NamedTuple):

@@ -12,8 +12,8 @@ from symkin.analysis.promises import left_to_gravity
 from symkin.errors import SymkinError
 from symkin.estimate.evidence.drawing import unneeded_parameters, weak_parameters
 from symkin.estimate.evidence.findings import Doubt, Note, few
-from symkin.estimate.evidence.sag import notes_of_sag
 from symkin.estimate.evidence.table_edits import with_readings
+from symkin.estimate.evidence.unseen import notes_of_the_unseen
 from symkin.estimate.fit import changed_settings
 from symkin.estimate.found import Found
 from symkin.estimate.precision import Heights
@@ -42,8 +42,8 @@ def notes_of(
         words = left_to_gravity(found.mechanism)
         yield Note("left-to-gravity", figures={"words": words[0].upper() + words[1:]})
     yield from _held_as_exact(found)
-    if found.converged and not doubts and SAG not in {each.name for each in found.assumed}:
-        yield from notes_of_sag(found)
+    if found.converged and not doubts:
+        yield from notes_of_the_unseen(found)
     yield from unneeded_parameters(found)
     yield from weak_parameters(found)
     if found.gauge:

@@ -9,7 +9,6 @@ looks like other parameters that a robot is worse for it long before.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from statistics import NormalDist
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,19 +16,16 @@ from numpy.typing import NDArray
 from symkin import _core
 from symkin.errors import SymkinError
 from symkin.estimate.evidence.changes import Rows, rows_of_changes, thousandths, usual
-from symkin.estimate.evidence.findings import Doubt, Note
+from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.evidence.residuals import ALARMS
 from symkin.estimate.found import Found
-from symkin.estimate.precision import promising
-from symkin.estimate.unknowns import SAG
 from symkin.model.framing import unframed
 
-__all__ = ["doubts_of_sag", "notes_of_sag"]
+__all__ = ["SAG_ALARMS", "columns_of_sag", "doubts_of_sag"]
 
 Array = NDArray[np.float64]
-_ALARMS = ALARMS / 5
+SAG_ALARMS = ALARMS / 5
 _SEEN = 1e-3  # of a column, at least, that other unknowns leave
-_POWER = 0.9  # of sags that the test sees
 
 
 def doubts_of_sag(found: Found, apart: Sequence[int] = ()) -> Iterator[Doubt]:
@@ -43,7 +39,7 @@ def doubts_of_sag(found: Found, apart: Sequence[int] = ()) -> Iterator[Doubt]:
         return
     if rows is None or rows.spare < 1:
         return
-    columns = {name: rows.left(column) for name, column in _columns(found, rows).items()}
+    columns = {name: rows.left(column) for name, column in columns_of_sag(found, rows).items()}
     if not columns:
         return
     stacked = np.column_stack([column.ravel() for column in columns.values()])
@@ -59,7 +55,7 @@ def doubts_of_sag(found: Found, apart: Sequence[int] = ()) -> Iterator[Doubt]:
     worst = max(scores, key=lambda name: abs(scores[name]))
     p_value = float(_core.chi_square_tail(scores[worst] ** 2, 1))
     accounted = usual(square - drop, spare) or drop > (square - rows.spare) / 2
-    if p_value >= _ALARMS / len(columns) or not accounted:
+    if p_value >= SAG_ALARMS / len(columns) or not accounted:
         return
     deviation = float(scale / np.linalg.norm(columns[worst]))
     size = scores[worst] * deviation
@@ -71,37 +67,7 @@ def doubts_of_sag(found: Found, apart: Sequence[int] = ()) -> Iterator[Doubt]:
     yield Doubt("sags", size=size, p=p_value, figures=figures)
 
 
-def notes_of_sag(found: Found) -> Iterator[Note]:
-    """Say how large a sag is hardly missed, if it moves the end effector more than is expected.
-
-    At the poses that were measured, root mean squares of both.
-    """
-    try:
-        rows = rows_of_changes(found, ())
-        columns = {} if rows is None or rows.spare < 1 else _columns(found, rows)
-        down = found.nominal.space.position[-1:]
-        if rows is None or not down or down[0] not in columns:
-            return
-        survey, covariance = promising(found, found.mechanism)
-        places = found.latent_poses[np.isfinite(found.latent_poses).all(axis=1)]
-        effects = survey.effects(places)[0][:, :3]
-    except SymkinError:
-        return
-    if not len(effects):
-        return
-    normal, left = NormalDist(), rows.left(columns[down[0]])
-    seen = normal.inv_cdf(_POWER) - normal.inv_cdf(_ALARMS / len(columns) / 2)
-    size = float(seen / np.linalg.norm(left))
-    moved = effects[..., : len(found.names)] @ rows.moved(size * columns[down[0]])
-    off = float(np.sqrt(np.square(moved).sum(axis=1).mean()))
-    expected = float(np.sqrt(((effects @ covariance) * effects).sum(axis=(1, 2)).mean()))
-    if off > expected:
-        assume = {**(found.options.assume or {}), SAG: float(f"{size:.2g}")}
-        figures, options = {"times": off / expected}, {"assume": assume}
-        yield Note("sag-unseen", size=size, figures=figures, options=options)
-
-
-def _columns(found: Found, rows: Rows) -> dict[str, Array]:
+def columns_of_sag(found: Found, rows: Rows) -> dict[str, Array]:
     """What a metre at the outermost pose does to the rows, where unknowns do not explain it all."""
     if found.legs:
         poses = unframed(found.mechanism.replace(frames=None), found.measurements.poses)

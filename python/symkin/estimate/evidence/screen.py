@@ -119,16 +119,23 @@ class Screen:
         logs = np.log1p(np.minimum(squares, _LOST))
         return float(logs[taken.read].mean()) + self._unbound(correction.mechanism, taken)
 
-    def agrees(self, stated: Correction) -> bool:
-        """Whether most readings of each leg are where the drawing has them.
+    @staticmethod
+    def agrees(stated: Correction) -> bool:
+        """Whether most readings of each leg, or most positions, are where the drawing has them.
 
         Then a mistake may be there, but no two of them.
         """
+        if stated.options.frames:
+            return False
+        screen = Screen.of(stated)
+        if screen is None:
+            return _agrees_in_place(stated)
         taken = _Taken.of(stated)
-        if taken is None or stated.options.frames:
+        if taken is None:
             return False
         off = np.where(np.isfinite(taken.residuals), np.abs(taken.residuals), np.inf)
-        widths = np.where(self._widths > 0, self._widths, 1.0)  # none of a leg out of reach
+        # No width of a leg out of reach.
+        widths = np.where(screen._widths > 0, screen._widths, 1.0)
         off = np.where(taken.read, off / widths, np.nan)
         return bool((np.nanmedian(off[:, taken.read.any(axis=0)], axis=0) < _AGREES).all())
 
@@ -162,13 +169,8 @@ class Screen:
     @cached_property
     def _widths(self) -> Array:
         """Standard deviation of a reading of each leg, from noise and tolerances, at home."""
-        home, tolerances = self.drawn.home[None], parameter_tolerances(self.drawn)
-        by_pose = self._noise_of(self.drawn, home)[0]
-        moved = [
-            self.drawn.parameter_jacobian(leg, home)[0] * tolerances[leg]
-            for leg in range(len(tolerances))
-        ]
-        return np.asarray(np.sqrt(by_pose + np.nansum(np.square(moved), axis=1)))
+        by_pose = self._noise_of(self.drawn, self.drawn.home[None])[0]
+        return np.asarray(np.sqrt(by_pose + _by_tolerances(self.drawn)))
 
     def _noise_of(self, robot: Mechanism, poses: Array) -> Array:
         """Variance of readings less those at measured poses, shape (N, legs)."""
@@ -219,6 +221,35 @@ class Screen:
             total += float(weights @ own**2 - right @ step)
             parameters[leg, free] += tolerances[leg, free] * step
         return total / max(int(taken.read.sum()), 1), parameters
+
+
+def _by_tolerances(robot: Mechanism) -> Array:
+    """Variance of each leg's reading at home, from the tolerances alone."""
+    home, tolerances = robot.home[None], parameter_tolerances(robot)
+    moved = [
+        robot.parameter_jacobian(leg, home)[0] * tolerances[leg] for leg in range(len(tolerances))
+    ]
+    return np.asarray(np.nansum(np.square(moved), axis=1))
+
+
+def _agrees_in_place(stated: Correction) -> bool:
+    """Whether most positions are where the drawing has them at the readings."""
+    robot, measured = stated.mechanism, stated.measurements
+    size = measured.space.size
+    observed = np.hstack([measured.poses[:, :size], measured.readings])
+    known = np.asarray(np.isfinite(observed).all(axis=1))
+    if not size or 2 * known.sum() <= len(known):
+        return False
+    noise = stated.options.declared(robot.noise)
+    by_reading = np.linalg.pinv(robot.pose_jacobian(robot.home[None])[0])[:size]
+    variances = by_reading**2 @ (_by_tolerances(robot) + noise.reading**2) + noise.position**2
+    try:
+        drawn = robot.forward_kinematics(measured.readings[known])[0]
+    except SymkinError:
+        return False
+    off = np.linalg.norm(drawn[:, :size] - measured.poses[known, :size], axis=1)
+    off = np.where(np.isfinite(off), off, np.inf)
+    return bool(np.median(off) < _AGREES * np.sqrt(variances.sum()))
 
 
 @dataclasses.dataclass(frozen=True)

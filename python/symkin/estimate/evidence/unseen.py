@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: MIT
+"""What may be wrong without any test seeing it, and what that would do to the end effector."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from statistics import NormalDist
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin.errors import SymkinError
+from symkin.estimate.evidence.changes import Rows, asked_for, rows_of_changes, terms_of_changes
+from symkin.estimate.evidence.findings import Note, few
+from symkin.estimate.evidence.residuals import ALARMS
+from symkin.estimate.evidence.sag import SAG_ALARMS, columns_of_sag
+from symkin.estimate.found import Found
+from symkin.estimate.precision import promising
+from symkin.estimate.unknowns import SAG
+
+__all__ = ["notes_of_the_unseen"]
+
+Array = NDArray[np.float64]
+_POWER = 0.9  # of robots in which a test sees it
+_SEEN = 1e-3  # of a column: what unknowns leave less of, no size of it shows
+_NAMED = 3
+
+
+@dataclass(frozen=True)
+class _Defect:
+    """A column of whitened rows, and the size of it that a test sees in most robots."""
+
+    what: str
+    of: str
+    column: Array
+    size: float
+    unit: str
+    options: dict[str, Any]
+
+    @property
+    def words(self) -> str:
+        """What it is, with its size."""
+        thousandths = f"{1e3 * self.size:.2g} m{self.unit}"
+        shown = "orientations" if self.of else "positions"
+        return {
+            "sag": f"a sag of {thousandths} at the outermost pose",
+            "backlash": f"backlash of {thousandths} of {self.of}",
+            "growth": f"growth of all lengths by {1e6 * self.size:.2g} ppm",
+            "lag": f"{shown} that lag by {100 * self.size:.2g} % of the last move",
+            "drift": f"a drift of {thousandths} of {self.of}",
+        }[self.what]
+
+
+def notes_of_the_unseen(found: Found) -> Iterator[Note]:
+    """Say what is hardly missed, if it moves the end effector more than is expected.
+
+    At the poses that were measured, root mean squares of both; of each kind the worst.
+    """
+    try:
+        rows = rows_of_changes(found, ())
+        if rows is None or rows.spare < 1:
+            return
+        survey, covariance = promising(found, found.mechanism)
+        places = found.latent_poses[np.isfinite(found.latent_poses).all(axis=1)]
+        effects = survey.effects(places)[0][:, :3]
+    except SymkinError:
+        return
+    if not len(effects):
+        return
+    expected = float(np.sqrt(((effects @ covariance) * effects).sum(axis=(1, 2)).mean()))
+    worst: dict[str, tuple[float, _Defect]] = {}
+    for each in (*_of_changes(found, rows), *_of_sag(found, rows)):
+        moved = effects[..., : len(found.names)] @ rows.moved(each.size * each.column)
+        times = float(np.sqrt(np.square(moved).sum(axis=1).mean())) / expected
+        if times > max(1.0, worst.get(each.what, (0.0,))[0]):
+            worst[each.what] = times, each
+    if not worst:
+        return
+    told = sorted(worst.values(), key=lambda each: -each[0])
+    words = [f"{each.words} ({times:.2g} times)" for times, each in told]
+    options: dict[str, Any] = {}
+    for _, each in told[:_NAMED]:
+        options |= each.options
+    figures = {"names": few(words, _NAMED), "times": told[0][0]}
+    yield Note("unseen", size=told[0][1].size, figures=figures, options=options)
+
+
+def _seen_from(alarms: float) -> float:
+    """Standard deviations of what a test for so many of the sound robots sees in most others."""
+    normal = NormalDist()
+    return normal.inv_cdf(_POWER) - normal.inv_cdf(alarms / 2)
+
+
+def _of_changes(found: Found, rows: Rows) -> Iterator[_Defect]:
+    """Slopes of one leg, of the base, or of all legs alike."""
+    terms = [each for each in terms_of_changes(found, rows) if each.what != "step"]
+    kept = [each for each in terms if np.linalg.norm(each.left) > _SEEN * _length(each.column)]
+    enough = _seen_from(ALARMS / max(len(terms), 1))
+    reading = found.nominal.reading_unit
+    for each in kept:
+        of, unit = each.of, "rad" if each.of in ("phi", "rx", "ry", "rz") else "m"
+        if each.leg >= 0:
+            of, unit = f"leg {each.leg + 1}", reading
+        elif each.what == "drift":
+            of = f"{of} of where the robot stands to the measuring device"
+        if each.what != "clock":
+            size = enough / _length(each.left)
+            yield _Defect(each.what, of, each.column, size, unit, asked_for(each))
+    of_legs = [each for each in kept if each.what == "backlash"]
+    if len(of_legs) > 1:
+        column = np.sum([each.column for each in of_legs], axis=0)
+        left = rows.left(column)
+        shown = max(abs(float(np.sum(each.left * left))) / _length(each.left) for each in of_legs)
+        size, options = enough / shown, asked_for(of_legs[0])
+        yield _Defect("backlash", "all legs", column, size, reading, options)
+
+
+def _of_sag(found: Found, rows: Rows) -> Iterator[_Defect]:
+    """A sag of the last coordinate, unless it is declared."""
+    columns, down = columns_of_sag(found, rows), found.nominal.space.position[-1:]
+    if SAG in {each.name for each in found.assumed} or not down or down[0] not in columns:
+        return
+    column = columns[down[0]]
+    size = _seen_from(SAG_ALARMS / len(columns)) / _length(rows.left(column))
+    assume = {**(found.options.assume or {}), SAG: float(f"{size:.2g}")}
+    yield _Defect("sag", "", column, size, "m", {"assume": assume})
+
+
+def _length(column: Array) -> float:
+    return float(np.linalg.norm(column))
