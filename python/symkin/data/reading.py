@@ -69,6 +69,7 @@ _MUCH_BETTER = 10.0
 # there: a fit is one only if the readings of other poses would not do as well.
 _BETTER_THAN_MIXED_UP = 5.0
 _MISTAKEN_FOR_EACH_OTHER = {"rad": ("rad", "deg", "rev"), "m": ("m", "mm", "cm", "inch")}
+_MIX = np.uint64(0x9E3779B97F4A7C15)  # an odd factor that spreads bits, 2^64 over the golden ratio
 
 
 @checks()
@@ -384,10 +385,10 @@ def _repeated(columns: Sequence[NDArray[Any]]) -> tuple[NDArray[np.intp], int]:
     Only rows with the same key are compared, which is quick where there are none.
     """
     keys = np.zeros(len(columns[0]), dtype=np.uint64)
-    factors = np.random.default_rng(0).integers(2**63, size=len(columns), dtype=np.uint64)
-    for column, factor in zip(columns, factors, strict=True):
+    for column in columns:
         bits = _comparable(column).view(np.uint64)
-        keys += (bits ^ bits >> np.uint64(32)) * (factor | np.uint64(1))
+        keys = (keys ^ bits ^ bits >> np.uint64(32)) * _MIX
+        keys ^= keys >> np.uint64(29)
     if (np.diff(np.sort(keys)) > 0).all():
         return np.empty(0, dtype=np.intp), -1
     order = np.argsort(keys, kind="stable")
