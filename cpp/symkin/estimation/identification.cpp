@@ -317,9 +317,18 @@ void Identifier::estimate_jointly(const MeasurementSet& measurements) {
   const JointFit joint = joint_of(mechanism_, measurements, result_.parameters, options_);
   result_.parameters = joint.setup.parameters;
   for (std::size_t leg = 0; leg < data_.size(); ++leg) {
-    whiten(data_[leg], result_.parameters.row(static_cast<Index>(leg)).transpose(), options_.noise,
-           estimates_[leg].whitened);
-    describe(leg);
+    const LegData& data = data_[leg];
+    const Vector parameters = result_.parameters.row(static_cast<Index>(leg)).transpose();
+    if (options_.conditions) {
+      whiten(data, parameters, options_.noise, estimates_[leg].whitened);
+      describe(leg);
+      continue;
+    }
+    LegIdentification& found = result_.legs[leg];
+    found.rows = data.rows;
+    found.iterations = estimates_[leg].outcome.iterations;
+    found.residuals.resize(data.readings.size() * mechanism_.closures());
+    data.model.closure(parameters, data.poses, data.readings, found.residuals);
   }
   describe_joint(joint, data_, result_);
 }

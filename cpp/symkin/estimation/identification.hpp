@@ -26,7 +26,8 @@ struct IdentificationOptions {
   MeasurementNoise noise;
   RobustLoss loss;
   int max_iterations = 100;
-  bool conditions = true;  // LegIdentification::condition, which a fleet can do without
+  // LegIdentification::condition, and of `joint` also `standardised`: a fleet can do without.
+  bool conditions = true;
 
   void check() const;  // throws InvalidInput
 };

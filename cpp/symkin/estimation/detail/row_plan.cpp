@@ -84,8 +84,9 @@ class Planner {
     Observed tangent{RowMatrix::Zero(observed.values.rows(), degrees_of_freedom(space_)),
                      observed.deviations};
     tangent.values.leftCols(dimensions) = observed.values.leftCols(dimensions);
+    Vector known;
     for (Index i = 0; i < observed.values.rows(); ++i) {
-      Vector known = observed.values.row(i);
+      known = observed.values.row(i);
       if (!known.tail(turns).allFinite()) {
         known.tail(turns) = identity_pose(space_).tail(turns);
         tangent.values.row(i)
