@@ -20,7 +20,7 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from false_alarms import WAYS, asked, plan_of
+from false_alarms import WAYS, asked, made, plan_of
 
 import symkin
 from symkin.analysis.conventions import taken_as
@@ -342,6 +342,9 @@ CORRUPTIONS: Mapping[str, Corruption] = {
     "the zero drifts by 2 mrad or mm": Corruption(readings(drifting), ("drifts",)),
     "noise 3.2 times": Corruption(poses(noisy), ("residuals-large",)),
 }
+# Mistakes that positions alone do not have.
+_ORIENTED = ("quaternions", "roll,", "rotation vectors", "the angle", "poses of the other end")
+OF_ORIENTATIONS = {what for what in EDITS if what.startswith(_ORIENTED)}
 # Nothing that an edit puts right: no mistake of the table is to be named.
 NAMES = {code for each in EDITS.values() for code in each.codes}
 
@@ -366,6 +369,8 @@ def main() -> None:
             if left_out or asked_for.only not in what or not corruption.where(robot):
                 continue
             for way in [asked_for.way] if asked_for.way else WAYS:
+                if way == "positions" and what in OF_ORIENTATIONS:
+                    continue
                 counts: collections.Counter[str] = collections.Counter()
                 for seed in range(asked_for.robots):
                     began = time.process_time()
@@ -401,8 +406,9 @@ def verdict(
     """What is said of one robot."""
     random = np.random.default_rng(seed)
     chosen = sample[random.permutation(len(sample))[: _POSES + _SPARES]]
-    made = symkin.simulate(robot, plan_of(robot, chosen, _SPARES), seed)
-    sound = made.measurements.for_all_legs()
+    actual = made(robot, way, seed)
+    taken = symkin.simulate(robot, plan_of(robot, chosen, _SPARES), seed, actual)
+    sound = taken.measurements.for_all_legs()
     wrong = corruption.change(robot, sound, random)
     options = asked(robot, way)
     if way == "positions":
@@ -416,7 +422,7 @@ def verdict(
     if not found.trustworthy:
         return named(found.doubts, corruption) or "doubted"
     errors = [
-        symkin.evaluate(each.mechanism.replace(frames=None, curvature=None), actual=made.actual,
+        symkin.evaluate(each.mechanism.replace(frames=None, curvature=None), actual=actual,
                         poses=sample[:200]).position_rms
         for each in (found, symkin.identify(robot, sound, **options))
     ]  # fmt: skip

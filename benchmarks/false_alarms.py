@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 import symkin
+from symkin.planning.made import disturb
 
 WAYS: dict[str, dict[str, Any]] = {
     "implicit": {},
@@ -23,6 +24,8 @@ WAYS: dict[str, dict[str, Any]] = {
     "frames": {"frames": ["base", "target"]},
     "curved": {"sensor": "quadratic"},
     "positions": {},
+    "fixed": {"fixed": ["sensor_gain"]},
+    "shared": {"shared": ["sensor_gain"]},
 }
 _RANDOM = 60  # poses
 _SPARES = 12  # for those beyond the reach of a robot
@@ -66,10 +69,24 @@ def asked(mechanism: symkin.Mechanism, way: str) -> dict[str, Any]:
     return options
 
 
+def made(mechanism: symkin.Mechanism, way: str, seed: int) -> symkin.Mechanism:
+    """The robot as made: gains that are asked for as held or shared are so."""
+    actual = disturb(mechanism, seed)
+    if way not in ("fixed", "shared"):
+        return actual
+    gain, parameters = mechanism.parameter_names.index("sensor_gain"), actual.parameters.copy()
+    drawn = mechanism.parameters[:, gain]
+    times = np.mean(parameters[:, gain] / drawn) if way == "shared" else 1.0
+    parameters[:, gain] = times * drawn
+    return actual.with_parameters(parameters)
+
+
 def codes(mechanism: symkin.Mechanism, plan: symkin.Plan, seed: int, way: str) -> set[str]:
     """What is said of one robot, and "any" if it is anything."""
     observed = "position" if way == "positions" else "pose"
-    taken = symkin.simulate(mechanism, plan, seed, observe=observed).measurements.for_all_legs()
+    actual = made(mechanism, way, seed)
+    simulated = symkin.simulate(mechanism, plan, seed, actual, observe=observed)
+    taken = simulated.measurements.for_all_legs()
     try:
         found = symkin.identify(mechanism, taken, **asked(mechanism, way))
     except symkin.SymkinError:

@@ -637,6 +637,31 @@ def test_noise_estimated_from_rows_that_do_not_belong_together_is_no_excuse_for_
     assert "noise-hides-robot" in codes_of(doubts_of(robot, mixed, noise="estimate"))
 
 
+def test_readings_in_steps_are_told_where_few_of_them_are_alike():
+    robot = symkin.load_mechanism("3RRR")
+    taken = symkin.simulate(robot, robot.plan(40), 1).measurements.for_all_legs()
+    step = np.ptp(taken.readings, axis=0) / 64
+    coarse = replace(taken, readings=np.round(taken.readings / step) * step)
+    told = {each.code: each for each in symkin.identify(robot, coarse).doubts}["readings-coarse"]
+    assert told.size == pytest.approx(step.min())
+    # Decimals of a file are finer than the noise, whatever else is wrong.
+    shaken = taken.readings + 1e-3 * np.random.default_rng(1).standard_normal(taken.readings.shape)
+    doubts = symkin.identify(robot, replace(taken, readings=np.round(shaken, 4))).doubts
+    assert "residuals-large" in {each.code for each in doubts}
+    assert "readings-coarse" not in {each.code for each in doubts}
+
+
+@pytest.mark.parametrize("asked", ["fixed", "shared"])
+def test_a_gain_is_named_that_was_said_to_be_held_or_the_same_in_all_legs(asked):
+    robot = symkin.load_mechanism("3RRR")
+    taken = symkin.simulate(robot, robot.plan(30), 1, actual=robot).measurements.for_all_legs()
+    readings = taken.readings * np.array([2.0, 1.0, 1.0])
+    options = {asked: ["sensor_gain"]}
+    (told, *_) = symkin.identify(robot, replace(taken, readings=readings), **options).doubts
+    assert (told.code, told.legs, told.others) == ("gain", (0,), ())
+    assert told.size == pytest.approx(2, rel=1e-2)
+
+
 @pytest.mark.parametrize(("name", "estimator"), [("3RRR", "implicit"), ("rotary_delta", "joint")])
 def test_positions_that_are_off_with_the_square_of_the_distance_are_told(name, estimator):
     robot = symkin.load_mechanism(name)

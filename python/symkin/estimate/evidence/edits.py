@@ -8,7 +8,7 @@ import itertools
 import math
 import operator
 from collections.abc import Callable, Collection, Iterator, Sequence
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -221,6 +221,7 @@ def _sensors(stated: Correction) -> Iterator[Correction]:
         "sensor_offset": np.where(angular, math.pi, nominal.characteristic_length),
     }
 
+    @cache  # the same from another start
     def cause(legs: tuple[int, ...], name: str) -> Callable[[_core.JointFit], Doubt]:
         def of(fit: _core.JointFit) -> Doubt:
             found = fit.setup.parameters[list(legs), named.index(name)]
@@ -242,7 +243,8 @@ def _sensors(stated: Correction) -> Iterator[Correction]:
 
     def of(legs: tuple[int, ...], name: str, robot: Mechanism) -> Correction:
         wide = {f"leg{leg + 1}.{name}": float(widths[name][leg]) for leg in legs}
-        options = dataclasses.replace(stated.options, prior={**given, **wide})
+        options = _freed(stated.options, name, legs, count)
+        options = dataclasses.replace(options, prior={**given, **wide})
         return stated.of(cause(legs, name), robot, options)._replace(wide=len(legs))
 
     for legs in _sets(count, alone=True):
@@ -257,6 +259,18 @@ def _sensors(stated: Correction) -> Iterator[Correction]:
             yield of((leg,), "sensor_gain", nominal.with_parameters(parameters, symmetry=None))
         except SymkinError:
             continue
+
+
+def _freed(options: EstimateOptions, name: str, legs: Sequence[int], count: int) -> EstimateOptions:
+    """With a parameter of some legs unknown that may have been held, or shared with others."""
+    own = [f"leg{leg + 1}.{name}" for leg in legs]
+    others = [f"leg{leg + 1}.{name}" for leg in range(count) if leg not in legs]
+    fixed = [each for each in options.fixed if each not in (name, *own)]
+    if name in options.fixed:
+        fixed += others
+    free = None if options.free is None else (*options.free, *own)
+    shared = tuple(each for each in options.shared if each != name)
+    return dataclasses.replace(options, fixed=tuple(fixed), free=free, shared=shared)
 
 
 def _times_as_far(stated: Correction) -> Array:

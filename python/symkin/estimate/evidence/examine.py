@@ -195,7 +195,7 @@ def _noticed(
     if changes:  # which say what is alike
         symptoms = [each for each in symptoms if not each.code.startswith("neighbours-")]
     symptoms += [*hiding_noise(found), *unknown_parameters(found)]
-    symptoms += coarse_readings(taken) if symptoms else []
+    symptoms += coarse_readings(taken, found.noise) if symptoms else []
     # What can be asked for instead comes first: the rest may be due to that.
     symptoms.sort(key=lambda each: not each.options)
     return Noticed(tuple(size), tuple(symptoms), tests, outliers)

@@ -20,6 +20,7 @@ from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.found import Found
 from symkin.model.chains import shortest
 from symkin.model.mechanism import Mechanism
+from symkin.model.settings import NoiseSettings
 from symkin.model.turns import turn_of, turned_home
 
 __all__ = [
@@ -41,6 +42,9 @@ Array = NDArray[np.float64]
 # Two measurements of one pose differ by the noise; nearer than this share of it they are copies.
 _COPIED = 1e-3
 _EXACT = 1e-9  # rad or m: of readings without noise
+_FEW_VALUES = 0.7  # of the readings
+_SOME = 8  # values that are not on the same steps by chance
+_ON_STEPS = 1e-3
 _NOTHING = -(2.0**60)  # in a cell where nothing was observed
 
 
@@ -219,19 +223,34 @@ def copies(found: Found) -> Iterator[Doubt]:
         yield Doubt("rows-copied", (), numbers, len(rows) / figures["total"], figures=figures)
 
 
-def coarse_readings(taken: Taken) -> Iterator[Doubt]:
-    """Name sensors whose readings take few values."""
+def coarse_readings(taken: Taken, noise: NoiseSettings) -> Iterator[Doubt]:
+    """Name sensors whose readings take few values, or steps that are larger than the noise."""
     coarse = {}
     for leg in range(taken.readings.shape[1]):
-        readings = taken.readings[:, leg]
-        values, counts = np.unique(readings[np.isfinite(readings)], return_counts=True)
-        if 1 < len(values) < 0.7 * counts.sum():
-            coarse[leg] = len(values), float(np.diff(values).min())
+        rows = taken.rows(leg)
+        values, counts = np.unique(taken.readings[rows, leg], return_counts=True)
+        if len(values) < 2:
+            continue
+        step = float(np.diff(values).min())
+        steps = (values - values[0]) / step
+        stepped = np.abs(steps - np.round(steps)).max() < _ON_STEPS
+        if len(values) < _FEW_VALUES * counts.sum() or (
+            len(values) > _SOME and stepped and step > _width(taken, leg, noise)
+        ):
+            coarse[leg] = len(values), step
     if coarse:
         fewest = min(count for count, _ in coarse.values())
         step = min(step for _, step in coarse.values())
         figures = {"count": fewest, "unit": taken.nominal.reading_unit}
         yield Doubt("readings-coarse", tuple(coarse), size=step, figures=figures)
+
+
+def _width(taken: Taken, leg: int, noise: NoiseSettings) -> float:
+    """Standard deviation of a leg's reading less that at a measured pose."""
+    size, dof = taken.nominal.space.size, taken.nominal.space.dof
+    sigma = np.where(np.arange(dof) < size, noise.position, noise.orientation)
+    jacobian = taken.calibrated.pose_jacobian(taken.poses[taken.rows(leg)])[:, leg]
+    return float(np.sqrt(noise.reading**2 + np.median((jacobian * sigma) ** 2 @ np.ones(dof))))
 
 
 def _numbered(taken: Taken, rows: NDArray[np.intp]) -> tuple[int, ...]:
