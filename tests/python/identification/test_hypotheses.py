@@ -109,6 +109,16 @@ def test_a_mistake_in_positions_is_named_with_its_evidence(paper, plan, mistake,
         assert said.size == pytest.approx(1.2, rel=1e-2)
 
 
+def test_positions_that_were_sorted_and_readings_not_are_put_to_their_rows(paper, plan):
+    taken = measured(paper, plan, POSITIONS)
+    order = np.argsort(taken.poses[:, 0])
+    wrong = replace(taken, poses=taken.poses[order])
+    (said,) = said_of(paper, wrong)
+    assert told(said) == [("rows-out-of-order", ())]
+    table = hypotheses_of(paper, wrong, EstimateOptions("joint"))[0].table
+    np.testing.assert_array_equal(table.readings, taken.readings[order])
+
+
 def of_points(change):
     return lambda taken: replace(taken, points=change(np.array(taken.points)))
 

@@ -17,7 +17,7 @@ from symkin.estimate.evidence.assignment import assigned
 from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.evidence.trial import Correction
 from symkin.model.chains import shortest
-from symkin.model.framing import unframed
+from symkin.model.framing import framed, unframed
 from symkin.model.mechanism import Mechanism
 from symkin.model.turns import turn_of
 
@@ -37,8 +37,11 @@ _BEYOND = 1e6  # of a cell that cannot be
 def edits_of_rows(stated: Correction) -> Iterator[Correction]:
     """All of them."""
     yield from _shifts(stated)
-    if np.isfinite(stated.measurements.poses).all():
+    poses = stated.measurements.poses
+    if np.isfinite(poses).all():
         yield from _units_of_rows(stated)
+        yield from _orders(stated)
+    elif np.isfinite(poses[:, : stated.mechanism.space.size]).all() and not _is_elsewhere(stated):
         yield from _orders(stated)
     if _is_elsewhere(stated) or not np.isfinite(stated.measurements.poses).all():
         yield from _far_out(stated)
@@ -150,7 +153,8 @@ def _orders(stated: Correction) -> Iterator[Correction]:
     if not _FEW <= count <= _MOST or (measured.leg_sets >= 0).any():
         return
     yield from _ordered(stated, None)
-    columns = [("readings", leg) for leg in range(measured.readings.shape[1])]
+    in_full = np.isfinite(measured.poses).all()
+    columns = [("readings", leg) for leg in range(measured.readings.shape[1]) if in_full]
     columns += [("poses", axis) for axis in range(measured.space.size)]
     for name, column in columns:
         steps = np.diff(getattr(measured, name)[:, column])
@@ -191,7 +195,23 @@ def _name_of(robot: Mechanism, name: str, column: int) -> str:
 
 
 def _matched(robot: Mechanism, measured: Measurements) -> Measurements | None:
-    """Rows of readings put to the poses at which a robot has them."""
+    """Rows of readings put to the poses, or positions, at which a robot has them."""
+    order = assigned(_by_readings(robot, measured))
+    if (order == np.arange(len(order))).all():
+        return None
+    changes = {"readings": measured.readings[order]}
+    if measured.reading_deviations is not None:
+        changes["reading_deviations"] = measured.reading_deviations[order]
+    return dataclasses.replace(measured, **changes)  # type: ignore[arg-type]
+
+
+def _by_readings(robot: Mechanism, measured: Measurements) -> Array:
+    """What it costs to put readings, second axis, to poses."""
+    if not np.isfinite(measured.poses).all():
+        drawn = framed(robot, robot.forward_kinematics(measured.readings)[0])
+        away = measured.poses[:, None] - drawn[None]
+        costs = np.square(away[..., : robot.space.size]).sum(axis=2)
+        return np.where(np.isfinite(costs), costs, _BEYOND)
     roots = robot.inverse_kinematics(unframed(robot, measured.poses))
     away = measured.readings[None] - roots[:, None]  # (poses, readings, legs)
     for leg in range(away.shape[2]):
@@ -200,13 +220,7 @@ def _matched(robot: Mechanism, measured: Measurements) -> Measurements | None:
     spread = np.std(np.where(read, measured.readings, 0.0), axis=0, where=read | ~read.any(axis=0))
     costs = np.nansum((away / np.where(spread > 0, spread, 1.0)) ** 2, axis=2)
     costs[~np.isfinite(roots).any(axis=1)] = _BEYOND
-    order = assigned(costs)
-    if (order == np.arange(len(order))).all():
-        return None
-    changes = {"readings": measured.readings[order]}
-    if measured.reading_deviations is not None:
-        changes["reading_deviations"] = measured.reading_deviations[order]
-    return dataclasses.replace(measured, **changes)  # type: ignore[arg-type]
+    return np.asarray(costs)
 
 
 def _ranked(robot: Mechanism, measured: Measurements, name: str, column: int) -> Measurements:
