@@ -8,9 +8,11 @@ import sys
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 import typer
 
 import symkin
+from symkin.analysis.observed import Observed
 from symkin.cli.console import (
     JsonOption,
     Telling,
@@ -56,9 +58,10 @@ from symkin.cli.options import (
     share_of,
 )
 from symkin.data.pose_tables import read_pose_list
+from symkin.errors import SymkinError
 from symkin.options import Format, Visit
 from symkin.pipeline import ProtocolResult
-from symkin.planning import NeededPoses, PoseCountCurve
+from symkin.planning import NeededPoses, Plan, PoseCountCurve
 from symkin.planning.observing import is_probing
 from symkin.planning.plan_files import klipper_points, write_bed_points
 from symkin.planning.simulation import Simulation
@@ -265,6 +268,21 @@ def _refuse_unused_count(
     )
 
 
+def _made_for(path: Path, plan: Plan) -> Observed | None:
+    """What will be observed at a plan's poses, by the result that was written beside its table."""
+    beside = path.with_name("plan.json")
+    try:
+        found = symkin.read_result(beside) if beside.exists() else None
+    except SymkinError:
+        return None  # of another version
+    if not isinstance(found, Plan) or found.basis is None or found.basis.survey is None:
+        return None
+    same = found.poses.shape == plan.poses.shape and np.allclose(
+        found.poses, plan.poses, rtol=0, atol=1e-8
+    )
+    return found.basis.survey.observed if same else None
+
+
 @command(
     "symkin run 3RRR --out out",
     "symkin simulate 3RRR --plan out/plan.csv --seed 2 --out second",
@@ -293,14 +311,18 @@ def simulate(
 
     A robot is made that differs from the mechanism within its tolerances, or is the one that
     --actual gives. It takes the poses of the plan and is measured with its noise. Poses that it
-    cannot take are replaced by spares. Frames and points may have units: '1 m, 20 cm, 170 deg'.
-    With --changes something changes meanwhile, which `symkin identify` finds.
+    cannot take are replaced by spares. Without a word what is observed is what the plan was made
+    for, as plan.json beside it has it. Frames and points may have units: '1 m, 20 cm,
+    170 deg'. With --changes something changes meanwhile, which `symkin identify` finds.
     """
     with progress() as stage:
         stage("reading the mechanism and the plan")
         loaded = by.on(symkin.load_mechanism(mechanism))
         commanded = symkin.read_plan(plan, loaded)
-        observe = seen.observed(loaded, missing, spread)
+        observe = _made_for(plan, commanded) if seen == Observing() else None
+        if observe is None:
+            observe = seen.observed(loaded)
+        observe = dataclasses.replace(observe, missing=missing, spread=spread)
         robot = symkin.load_mechanism(actual) if actual is not None else None
         inputs = [*loaded.files, *(robot.files if robot else ()), plan]
         with OutputFiles(inputs, overwrite) as outputs:

@@ -123,9 +123,9 @@ def simulate(
     actual : Mechanism, optional
         The robot as made, by default `disturb` of the nominal one.
     observe : Observed or str, optional
-        What is observed besides the readings, by default what the mechanism's device does, or full
-        poses. Base, target and plane that
-        it does not give are those of the mechanism's `frames`; without, its own.
+        What is observed besides the readings, by default what the plan was made for, what the
+        mechanism's device does, or full poses. Base, target and plane that it does not give are
+        those of the mechanism's `frames`; without, its own.
     changes : mapping of str to float or str, optional
         What changes while the poses are taken, in the order of the plan's rows, by the names of the
         unknowns of `identify`: ``{"leg2.drift": "1 mrad", "drift.x": 1e-4, "step40": "1 mrad",
@@ -146,6 +146,9 @@ def simulate(
     mechanism = as_mechanism(mechanism)
     actual = None if actual is None else as_mechanism(actual, "actual")
     plan = as_plan(plan, mechanism)
+    survey = None if plan.basis is None else plan.basis.survey
+    if observe is None and survey is not None:
+        observe = survey.observed
     observed = Observed.of(mechanism, observe) or _FULL_POSES.in_frames(mechanism.frames)
     return simulate_observed(mechanism, plan, seed, actual, observed, changes or {})
 

@@ -15,7 +15,7 @@ from symkin.files.mechanism_file import typed_name
 from symkin.model.poses import POSE_SPACES
 from symkin.planning.accuracy import set_name
 from symkin.planning.simulation import Simulation
-from symkin.present import Group, Image, Page, Section, Table
+from symkin.present import Group, Headline, Image, Page, Section, Table
 from symkin.show.images import plotted
 from symkin.show.units import on_paper
 from symkin.show.wording import NONE, count, decimals_of, fixed, milli, plural, significant
@@ -48,8 +48,23 @@ def measurements_page(taken: Measurements) -> Page:
         ("Poses", count(len(taken.poses)), f"sets: {', '.join(map(set_name, sets))}"),
         ("Readings", count(int(read.sum())), f"of {count(len(legs))} legs"),
     ]
+    headlines += _observed(taken)
+    return Page(
+        title=f"Measurements{' of ' + taken.source_name if taken.source else ''}",
+        subtitle=f"{taken.pose_space} poses",
+        headlines=headlines,
+        sections=[
+            Section("poses", "Measured poses", [], [table, poses] if len(whole) else [table])
+        ],
+    )
+
+
+def _observed(taken: Measurements) -> list[Headline]:
+    """How many there are of each kind of observation; nothing where all poses are whole."""
+    whole = taken.poses[_whole(taken)]
+    headlines = []
     for name, values in (
-        ("Poses measured in full", None if len(whole) == len(read) else whole),
+        ("Poses measured in full", None if len(whole) == len(taken.poses) else whole),
         ("Target points", taken.points),
         ("Distances", taken.distances),
         ("Heights", taken.heights),
@@ -64,14 +79,7 @@ def measurements_page(taken: Measurements) -> Page:
             size = 1 if name in _SINGLE else values.shape[-1]
             seen = np.isfinite(values.reshape(-1, size)).any(axis=1)
             headlines.append((name, count(int(seen.sum())), ""))
-    return Page(
-        title=f"Measurements{' of ' + taken.source_name if taken.source else ''}",
-        subtitle=f"{taken.pose_space} poses",
-        headlines=headlines,
-        sections=[
-            Section("poses", "Measured poses", [], [table, poses] if len(whole) else [table])
-        ],
-    )
+    return headlines
 
 
 def _whole(measurements: Measurements) -> NDArray[np.bool_]:
@@ -98,6 +106,7 @@ def simulation_page(simulation: Simulation) -> Page:
         headlines=[
             ("Poses measured", count(len(simulation.measurements.poses)), ""),
             ("Replaced by spares", count(sum(simulation.replaced)), which),
+            *_observed(simulation.measurements),
         ],
         sections=[_unprinted(each) for each in measurements_page(simulation.measurements).sections],
         next_step="identify its parameters",

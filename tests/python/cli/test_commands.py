@@ -292,6 +292,25 @@ def test_the_stages_hand_files_to_each_other(symkin: Callable, tmp_path: Path) -
             assert least < error["position_rms_m"] < most
 
 
+def test_what_is_simulated_is_what_the_plan_was_made_for(symkin: Callable, tmp_path: Path) -> None:
+    observed = ("--observe", "position", "--prior", "tolerances", "--no-report")
+    planned = ("plan", "3RRR", *observed, "--pose-count", 12, "--candidates", 300)
+    assert symkin(*planned, "--out", tmp_path).code == 0
+
+    def simulated(plan: Path, *options: str) -> str:
+        made = symkin("simulate", "3RRR", "--plan", plan, "--out", tmp_path / "robot", *options)
+        assert made.code == 0
+        return made.out + (tmp_path / "robot" / "measurements.csv").read_text().split("\n")[0]
+
+    seen = simulated(tmp_path / "plan.csv")
+    assert "phi" not in seen
+    assert re.search(r"Poses measured in full +0\n", seen)
+    assert "phi" in simulated(tmp_path / "plan.csv", "--observe", "pose", "--overwrite")
+    rows = (tmp_path / "plan.csv").read_text().splitlines(keepends=True)
+    (tmp_path / "mine.csv").write_text("".join(rows[:-1]))  # not the plan that plan.json is of
+    assert "phi" in simulated(tmp_path / "mine.csv", "--overwrite")
+
+
 def test_run_writes_all_its_files(protocol: Path) -> None:
     names = {path.name for path in protocol.iterdir()}
     files = ["plan.csv", "measurements.csv", "actual.toml", "calibrated.toml", "results.json"]
