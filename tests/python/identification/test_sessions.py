@@ -100,6 +100,19 @@ def test_what_cannot_be_told_apart_is_said_to_be_either():
         assert "offsets of the sensors or the frame" in str(doubt)
 
 
+@pytest.mark.parametrize("noise", [None, "estimate"])
+def test_a_sign_is_named_though_sessions_would_give_the_solver_another_way_to_it(paper, noise):
+    poses = symkin.sample_workspace(paper, 2000, seed=1).poses
+    poses = poses[np.random.default_rng(0).permutation(2000)[:52]]
+    every, readings = np.arange(52), paper.inverse_kinematics(poses)
+    own = symkin.Plan(paper, np.full(52, -1), every, every >= 40, poses, readings)
+    taken = symkin.simulate(paper, own, 0).measurements.for_all_legs()
+    signs, sessions = np.array([-1, 1, 1]), np.repeat([1, 2], 20)
+    wrong = dataclasses.replace(taken, readings=taken.readings * signs, sessions=sessions)
+    (told, *_) = symkin.identify(paper, wrong, noise=noise).doubts
+    assert (told.code, told.legs) == ("opposite-sign", (0,))
+
+
 def test_a_drift_is_not_taken_for_sessions(paper, plan):
     taken = symkin.simulate(
         paper, plan, 1, changes={"leg2.drift": "1 mrad", "leg1.session1": 0.0}

@@ -264,7 +264,8 @@ def _judged(estimate: Found, what: Noticed) -> Evidence:
     redrawn: Mechanism | None = None
     budget = Budget()
     changed = whole_change(what.symptoms)
-    if changed is not None:
+    hidden = any(each.code == "noise-hides-robot" for each in what.symptoms)
+    if changed is not None and not hidden:  # of so large a noise anything explains the rest
         return Evidence((*_beside(changed, what.symptoms), *what.lasting), tried, complete=True)
     if what.symptoms or not found.converged:
         cause, rest = gross_errors(found) if found.legs else (None, found.measurements)

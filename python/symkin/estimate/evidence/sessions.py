@@ -39,6 +39,7 @@ __all__ = [
 
 Array = NDArray[np.float64]
 _NAMED = 0.01  # p of a block with the other taken out, below which it is named
+_SHOWN = 5.0  # standard deviations, of a shift that explains what others do not
 _NEARLY = 0.01  # of what noise does not explain: what is left of it is another matter
 _AS_MUCH = 0.9  # of the score of another change; two levels show 0.87 of a ramp, a drift
 _RANK = 1e-8  # of the largest singular value: columns that others explain
@@ -315,6 +316,8 @@ def shift_that_explains(found: Found) -> list[Doubt]:
     _, tried, what = best
     moved = [each for each in tried.unknowns if "session" in each.name and each.column >= 0]
     worst = max(moved, key=lambda each: abs(each.value) / each.deviation)
+    if abs(worst.value) < _SHOWN * worst.deviation:  # the other start explains it, not a shift
+        return []
     amount = thousandths(worst.value, worst.deviation, worst.unit)
     told = {"whole": True, "evidence": "", "largest": worst.name, "amount": amount, "which": "and"}
     code = f"sessions-{what[0] if len(what) == 1 else 'moved'}"
