@@ -7,7 +7,6 @@ import contextlib
 import os
 import secrets
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated
 
@@ -43,6 +42,7 @@ from symkin.show.rendering import typed
 from symkin.show.served import on_loopback
 from symkin.show.served import serve as serve_page
 from symkin.show.units import in_units
+from symkin.storage.output_files import only_one
 
 _NOT_YET = 1
 _HOST, _PORT = "127.0.0.1", 8000
@@ -145,7 +145,11 @@ def measure(
                 **unknown.arguments(),
             )
         tell = _Silent() if as_json else _Screen()
-        with _alone(out):
+        busy = (
+            f"{out}: another symkin measures there; end it first, or append rows to its "
+            "measured.csv"
+        )
+        with only_one(out / SETTINGS, busy):
             if session.torn:
                 tell(
                     f"The last line of the table was not complete, and is set aside: {session.torn}"
@@ -248,25 +252,6 @@ def _by_hand(session: Session, tell: _Screen) -> None:
             if told:
                 tell(told)
             done = bool(line.strip()) or session.refresh()
-
-
-@contextlib.contextmanager
-def _alone(folder: Path) -> Iterator[None]:
-    """Be the only one that asks in a folder."""
-    try:
-        import fcntl
-    except ImportError:  # where nothing locks so
-        yield
-        return
-    with (folder / SETTINGS).open("rb") as file:
-        try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError as error:
-            raise SymkinError(
-                f"{folder}: another symkin measures there; end it first, or append rows to its "
-                "measured.csv"
-            ) from error
-        yield
 
 
 @command('symkin measure 5bar --accuracy 0.1mm --out out --device "symkin simulate-device 5bar"')

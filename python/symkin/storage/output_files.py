@@ -19,8 +19,11 @@ from symkin.errors import SymkinError
 _HAS_LOCKS = True
 try:
     import fcntl
-except ImportError:  # Windows, where folders cannot be locked
+except ImportError:  # Windows, where files can be locked, and folders cannot
+    import msvcrt
+
     _HAS_LOCKS = False
+    _FAR = 2**30  # behind the end of any such file: what is locked there cannot be read
 
 # The process that writes is named for whoever finds its files after it was killed.
 _STAGE = ".symkin-"
@@ -306,22 +309,58 @@ def alone(folder: Path) -> Iterator[None]:
     SymkinError
         If another one does, or nothing can be written there.
     """
-    try:
+    busy = f"{folder}: another run is at work there; wait for its end, or choose another folder"
+    with _cannot_be_written(folder):
         folder.mkdir(parents=True, exist_ok=True)
-        descriptor = os.open(folder / "lock", os.O_RDWR | os.O_CREAT, 0o666)
-    except OSError as error:
-        raise SymkinError(f"{folder}: cannot be written to: {error.strerror}") from error
+    with only_one(folder / "lock", busy):
+        yield
+
+
+@contextmanager
+def only_one(path: Path, busy: str) -> Iterator[None]:
+    """Let one process at a time hold a file, which is made, for as long as it lives.
+
+    Raises
+    ------
+    SymkinError
+        With the words of `busy` if another one does, or if it cannot be written.
+    """
+    with _cannot_be_written(path.parent):
+        descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
     try:
         try:
-            _lock(descriptor, wait=False)
+            if _HAS_LOCKS:
+                _lock(descriptor, wait=False)
+            else:
+                _lock_far("LK_NBLCK", descriptor)
         except BlockingIOError:
-            raise SymkinError(
-                f"{folder}: another run is at work there; wait for its end, or choose another "
-                "folder"
-            ) from None
-        yield
+            raise SymkinError(busy) from None
+        try:
+            yield
+        finally:
+            if not _HAS_LOCKS:
+                _lock_far("LK_UNLCK", descriptor)
     finally:
         os.close(descriptor)
+
+
+@contextmanager
+def _cannot_be_written(folder: Path) -> Iterator[None]:
+    """Say so of a folder in which something fails."""
+    try:
+        yield
+    except OSError as error:
+        raise SymkinError(f"{folder}: cannot be written to: {error.strerror}") from error
+
+
+def _lock_far(how: str, descriptor: int) -> None:
+    """Lock a byte of an open file, or let it go, as Windows does."""
+    windows = vars(msvcrt)  # which has these nowhere else
+    os.lseek(descriptor, _FAR, os.SEEK_SET)
+    try:
+        windows["locking"](descriptor, windows[how], 1)
+    except PermissionError:
+        raise BlockingIOError from None
 
 
 def _lock(descriptor: int, *, wait: bool) -> None:

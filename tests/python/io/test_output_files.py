@@ -262,10 +262,39 @@ def test_a_stage_that_another_container_holds_is_left_alone(tmp_path: Path) -> N
     assert not stage.exists()
 
 
-# As on Windows: without fcntl, folders cannot be opened, and os.kill would end a process.
+# As on Windows: without what POSIX alone has, folders cannot be opened, files are locked by msvcrt,
+# and os.kill would end a process.
 _WITHOUT_LOCKS = """
-import os, pathlib, sys
-sys.modules["fcntl"] = None
+import importlib, os, pathlib, signal, sys, types
+ROOMS = "acceptance", "identify", "measure", "mechanism", "protocol", "show"
+ALL = ("symkin.cluster", "symkin.show.served", *(f"symkin.cli.{room}" for room in ROOMS))
+
+def import_all():
+    for name in ALL:
+        importlib.import_module(name)
+
+import_all()  # what it imports of others
+again = [each for each in sys.modules if each.startswith("symkin") and "_core" not in each]
+for name in (*again, "shutil"):  # which looks at what is there when it is imported
+    del sys.modules[name]
+for name in ("fcntl", "resource", "pwd", "grp", "termios", "tty", "pty", "syslog"):
+    sys.modules[name] = None
+for place, names in ((os, ("fork", "getuid", "uname", "killpg", "setsid", "sched_getaffinity")),
+                     (signal, ("SIGKILL", "SIGHUP", "SIGALRM", "pthread_sigmask"))):
+    for name in names:
+        delattr(place, name)
+held = []
+
+def locking(descriptor, how, count):
+    file = os.fstat(descriptor).st_ino, os.lseek(descriptor, 0, os.SEEK_CUR), count
+    if how == 0:
+        held.remove(file)
+    elif file in held:
+        raise PermissionError(13, "Permission denied")
+    else:
+        held.append(file)
+
+sys.modules["msvcrt"] = types.SimpleNamespace(locking=locking, LK_UNLCK=0, LK_NBLCK=2)
 open_file = os.open
 
 def open_no_folder(path, *how):
@@ -274,15 +303,22 @@ def open_no_folder(path, *how):
     return open_file(path, *how)
 
 os.open, os.kill = open_no_folder, None
-import symkin.cli
+import_all()
+import symkin
 from symkin.storage.output_files import OutputFiles, alone
 
 folder = pathlib.Path(sys.argv[1])
 for text in ("old", "new"):
     with alone(folder), OutputFiles(overwrite=True) as outputs:
+        try:
+            with alone(folder):
+                raise AssertionError("held twice")
+        except symkin.errors.SymkinError as error:
+            assert "another run" in str(error)
         stage = outputs.folder(folder)
         for name in sys.argv[2:]:
             (stage / name).write_text(text)
+assert not held
 """
 
 
