@@ -228,14 +228,13 @@ def pose_count(
     (--design mechanism).
     """
     wanted, share = accuracies_of(accuracy), share_of(confidence, "confidence")
-    with progress() as stage:
-        stage("reading the mechanism")
+    with progress_bar() as tell:
+        tell("reading the mechanism", 0.0)
         loaded = by.on(symkin.load_mechanism(mechanism))
         with OutputFiles(loaded.files, overwrite) as outputs:
             folder = outputs.folder(out, *_COUNT_FILES) if out else None
-            stage("sampling the workspace")
+            tell("sampling the workspace", 0.0)
             sample = symkin.sample_workspace(loaded, candidates, seed)
-            stage("selecting and predicting")
             curve = symkin.pose_count_curve(
                 loaded,
                 sample,
@@ -245,12 +244,13 @@ def pose_count(
                 least_gain=least_gain,
                 confidence=share,
                 observe=seen.planned(loaded),
+                progress=tell,
                 **vars(choosing),
                 **unknown.arguments(),
             )
             result: PoseCountCurve | NeededPoses = curve
             if accuracy:
-                stage("looking for the number of poses")
+                tell("looking for the number of poses", 1.0)
                 result = curve.for_accuracy(*wanted)
             document = {"command": "pose-count", **result.to_dict()}
             if folder is not None:

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, Unpack, cast
 
 import numpy as np
@@ -299,6 +299,7 @@ def pose_count_curve(
     least_gain: float = 0.02,
     confidence: float = 0.95,
     observe: Observing | None = None,
+    progress: Callable[[str, float], None] | None = None,
     **unknowns: Unpack[Unknowns],
 ) -> PoseCountCurve:
     """Predict the accuracy that different numbers of poses give.
@@ -322,6 +323,8 @@ def pose_count_curve(
         Share of the position error that another pose must save to be worth while.
     confidence : float
         Share of all such robots that the bounds are for.
+    progress : callable, optional
+        Told what is being done and which share of it is done, from 0 to 1.
     observe, **unknowns
         What will be observed and what is unknown, see `make_plan`.
 
@@ -350,7 +353,8 @@ def pose_count_curve(
         **asked,
     }
     numbers = _counts(mechanism, cloud, settings, counts)
-    points = _points(mechanism, cloud, settings, numbers, beginning=counts is None)
+    tell = progress or (lambda _doing, _share: None)
+    points = _points(mechanism, cloud, settings, numbers, tell, beginning=counts is None)
     errors = {
         kind: np.array([getattr(point.accuracy, kind) for point in points])
         for kind in ("position", "orientation", "position_bound", "orientation_bound")
@@ -397,12 +401,14 @@ def _points(
     cloud: NDArray[np.float64],
     settings: Mapping[str, Any],
     numbers: Sequence[int],
+    tell: Callable[[str, float], None],
     *,
     beginning: bool,
 ) -> list[_Point]:
     """Predict for the numbers of poses; if wanted, from the first that shows all unknowns on."""
     points: list[_Point] = []
-    for count in numbers:
+    for done, count in enumerate(numbers):
+        tell(f"{count} poses", done / len(numbers))
         try:
             points.append(_predicted(mechanism, cloud, count, settings))
         except NotIdentifiableError:

@@ -100,7 +100,15 @@ def test_the_prediction_is_the_covariance_of_the_estimator(paper, candidates):
 
 
 def test_more_poses_promise_more_and_the_curve_says_when_it_is_enough(paper, candidates):
-    curve = pose_count_curve(paper, candidates, [8, 12, 16, 24, 48, 96], estimator="joint")
+    told = []
+    curve = pose_count_curve(
+        paper,
+        candidates,
+        [8, 12, 16, 24, 48, 96],
+        estimator="joint",
+        progress=lambda doing, share: told.append((doing, share)),
+    )
+    assert told[3] == ("24 poses", 0.5)
     assert (np.diff(curve.position) < 0).all()
     assert curve.measured.tolist() == [24, 36, 48, 72, 144, 288]
     # Four times as many poses halve the error.

@@ -189,17 +189,38 @@ class DesignOptimiser {
     result_.weights(active_) = share == 1 ? weights_ : Vector(weights_ - (1 - share) * change);
   }
 
-  // |z_j z_k^T|^2 of all pairs of active candidates.
+  // |z_j z_k^T|^2 of all pairs of active candidates: of p parameters and r rows it is the product
+  // of r^2 numbers for each of p, or of z_j^T z_j and z_k^T z_k as p (p + 1) / 2 numbers.
   RowMatrix curvatures_of(const RowMatrix& z) const {
     const Index r = shape_.rows;
+    const Index p = z.cols();
     if (r == 1) {
       return product(z, z.transpose()).cwiseAbs2();
     }
-    RowMatrix result(z.rows() / r, z.rows() / r);
-    for (Index j = 0; j < result.rows(); ++j) {
+    const Index n = z.rows() / r;
+    if (2 * r * r > p) {
+      RowMatrix squares(n, p * (p + 1) / 2);
+      for (Index j = 0; j < n; ++j) {
+        const auto rows = z.middleRows(j * r, r);
+        squares.row(j) = symmetric_part(product(rows.transpose(), rows));
+      }
+      return product(squares, squares.transpose());
+    }
+    RowMatrix result(n, n);
+    for (Index j = 0; j < n; ++j) {
       const RowMatrix products = product(z.middleRows(j * r, r), z.transpose());
       const Vector squares = products.colwise().squaredNorm();
-      result.row(j) = squares.reshaped(r, result.cols()).colwise().sum();
+      result.row(j) = squares.reshaped(r, n).colwise().sum();
+    }
+    return result;
+  }
+
+  // The lower triangle by rows, so that products of two are those of the matrices.
+  static Eigen::RowVectorXd symmetric_part(const RowMatrix& matrix) {
+    Eigen::RowVectorXd result(matrix.rows() * (matrix.rows() + 1) / 2);
+    for (Index a = 0, first = 0; a < matrix.rows(); first += ++a) {
+      result.segment(first, a) = std::sqrt(2.0) * matrix.row(a).head(a);
+      result[first + a] = matrix(a, a);
     }
     return result;
   }
@@ -262,18 +283,25 @@ Vector starting_weights(const ColumnBlocks& candidates, const RowMatrix& fixed, 
   Information information(fixed + kGreedyRidge * RowMatrix::Identity(fixed.rows(), fixed.cols()));
   Products products(candidates);
   products.compute(inverse_factor(information.matrix()));
-  Vector weights = Vector::Zero(n);
-  for (Index k = 0; k < static_cast<Index>(total); ++k) {
+  Indices taken;
+  // The ridge alone would make the smallest eigenvalue kGreedyRidge.
+  const auto singular = [&] {
+    const RowMatrix ridged = inverse_factor(information.matrix());
+    return ridged.rowwise().squaredNorm().maxCoeff() > 0.1 / kGreedyRidge;
+  };
+  while (static_cast<double>(size_of(taken)) < total || singular()) {
     check_interrupt();
+    if (size_of(taken) == n) {
+      break;
+    }
     const Index best = products.largest();
-    weights[best] = 1;
+    taken.push_back(best);
     products.hide(best);
     products.update(information.add(candidates.rows(best).data(), candidates.shape().rows, 1));
   }
-  // The ridge alone would make the smallest eigenvalue kGreedyRidge.
-  const RowMatrix ridged = inverse_factor(information.matrix());
-  const bool singular = ridged.rowwise().squaredNorm().maxCoeff() > 0.1 / kGreedyRidge;
-  return singular ? Vector::Constant(n, total / static_cast<double>(n)) : weights;
+  Vector weights = Vector::Zero(n);
+  weights(taken).setConstant(total / static_cast<double>(taken.size()));
+  return weights;
 }
 
 }  // namespace symkin::design::detail

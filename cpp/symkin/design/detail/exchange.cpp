@@ -110,9 +110,10 @@ Selection select_exchange(const Problem& problem) {
   for (int round = 0; improved && round < kVerifications; ++round) {
     const Indices pool = joined(challengers(problem, choice.indices), choice.indices);
     DeterminantSearch search(problem, pool, choice.indices);
+    const double before = search.merit();
     search.descend();
-    choice.indices = search.chosen();
-    improved = search.exchanges() > 0;
+    improved = search.merit() > before;  // and not by rounding alone, where M is nearly singular
+    choice.indices = improved ? search.chosen() : choice.indices;
   }
   // Poses that do not show every parameter have no other criterion either; they are refused.
   const bool regular = std::isfinite(problem.log_det(choice.indices));

@@ -19,6 +19,8 @@ constexpr double kGain = 1e-10;       // of a ratio or merit that counts as bett
 constexpr double kSame = 1e-9;        // difference of a merit
 constexpr Index kExchangesKept = 16;  // before everything is computed afresh
 constexpr Index kPromising = 400;     // pairs of a pool that are tried
+constexpr Index kFewestKicks = 4;
+constexpr Index kKickEffort = 120'000;  // of all kicks: rows^2 x parameters, as an exchange costs
 
 // By falling variance: then the kernels skip most groups by the first look at their largest.
 Indices sorted_pool(const Problem& problem, const Indices& pool, const Indices& chosen) {
@@ -101,7 +103,10 @@ void PoolSearch::kick_and_descend(Index parts_wanted, Index least, Index most, R
   }
   Indices best = chosen_;
   double best_merit = merit();
-  for (int kick = 0; kick < problem_.options.kicks; ++kick) {
+  const Shape shape = problem_.shape();
+  const Index bearable = std::max(kFewestKicks, kKickEffort / (shape.rows * shape.width()));
+  const Index kicks = std::min<Index>(problem_.options.kicks, bearable);
+  for (Index kick = 0; kick < kicks; ++kick) {
     check_interrupt();
     chosen_ = best;
     for (Index swaps = least + random.below(most - least + 1); swaps > 0; --swaps) {
