@@ -139,6 +139,84 @@ TEST_P(DeclaredLegs, FindTheReadingsOfHomesBranch) {
   }
 }
 
+// Numbers of poses as the kernels take them.
+std::vector<double> plain(const std::vector<Pose>& poses) {
+  std::vector<double> all;
+  for (const Pose& each : poses) {
+    all.insert(all.end(), each.rotation.data(), each.rotation.data() + 9);
+    all.insert(all.end(), each.position.begin(), each.position.end());
+    all.push_back(std::atan2(each.rotation(1, 0), each.rotation(0, 0)));
+  }
+  return all;
+}
+
+// More poses than lanes, each in a lane of its own and among others; some out of reach.
+TEST_P(DeclaredLegs, StandSideBySideAsTheyDoAlone) {
+  const reference::Leg& leg = GetParam();
+  if (leg.closures == 0) {
+    return;
+  }
+  const Description description = leg.description();
+  Assembly assembly = assembly_of(leg, description);
+  std::vector<LaneTransform> transforms;
+  LaneLeg lanes{};
+  if (!assembly.lane_leg(transforms, lanes)) {
+    GTEST_SKIP() << "joints may move without its ends, or several are read";
+  }
+  std::vector<Pose> poses;
+  for (const reference::Case& each : leg.cases) {
+    poses.push_back(pose_of(each.pose));
+    poses.push_back(poses.back());
+    poses.back().position *= leg.platform == "spherical" ? 1 : 100;
+  }
+  const auto count = static_cast<Index>(poses.size());
+  std::vector<char> closed(poses.size()), around(poses.size());
+  RowMatrix found(count, lanes.own_count);
+  declared_kernels().close(lanes, plain(poses).data(), count, found.data(), closed.data());
+  Vector read = Vector::Zero(count);
+  std::vector<Joints> alone(poses.size());
+  for (Index i = 0; i < count; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    // Far away more steps may be wanted than lanes take together.
+    const bool closes = assembly.close(poses[at], alone[at]);
+    ASSERT_TRUE(i % 2 == 0 ? closed[at] != 0 : closes || closed[at] == 0) << i;
+    if (closed[at] != 0) {
+      EXPECT_LT((found.row(i).transpose() - alone[at]).cwiseAbs().maxCoeff(), kAccuracy);
+      read[i] = lanes.read < 0 ? 0 : alone[at][lanes.read] + 1e-3;
+    }
+  }
+  const Index width = kClosureNumbers + lanes.scalar_count;
+  RowMatrix rows(count * leg.closures, width);
+  declared_kernels().closures(lanes, plain(poses).data(), read.data(), count, 0, leg.closures,
+                              rows.data(), around.data());
+  for (Index i = 0; i < count; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    if (closed[at] == 0) {
+      continue;
+    }
+    if (lanes.read >= 0) {
+      alone[at][lanes.read] = read[i];
+    }
+    ASSERT_EQ(assembly.close_around_readings(poses[at], alone[at]), around[at] != 0) << i;
+    const Columns wrenches = assembly.reciprocal();
+    Eigen::MatrixXd own(leg.closures, width);
+    for (Index k = 0; k < wrenches.cols(); ++k) {
+      Work work;
+      assembly.loops().work(wrenches.col(k), work);
+      own.row(k) << wrenches.col(k).dot(assembly.loops().residual()), work.pose.transpose(),
+          lanes.read < 0 ? 0 : work.joints[lanes.read],
+          Eigen::Map<const Vector>(work.scalars.data(), lanes.scalar_count).transpose();
+    }
+    // Of several closures only what they say together has a meaning.
+    const Eigen::MatrixXd mine = rows.middleRows(i * leg.closures, leg.closures);
+    const double size = own.squaredNorm();
+    EXPECT_LT((mine.transpose() * mine - own.transpose() * own).norm(), kAccuracy * size) << i;
+    if (leg.closures == 1) {
+      EXPECT_GT(mine.row(0).dot(own.row(0)), 0);
+    }
+  }
+}
+
 // Also where loops are not closed, and every number of every transform is large.
 TEST_P(DeclaredLegs, HaveColumnsAndWorkThatDifferencesConfirm) {
   const reference::Leg& leg = GetParam();

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <iterator>
 #include <limits>
 #include <string>
 
@@ -112,6 +113,11 @@ Assembly::Assembly(const Description& leg, const Home& home)
   passive_rank_ = rank_of(columns(kAll, passive_));
   whole_rank_ = rank_of(columns);
   basis_ = basis_of(columns, passive_, passive_rank_);
+  for (const std::vector<int>* const joints : {&passive_, &read_}) {
+    moving_passive_ = static_cast<int>(moving_.size());
+    const auto moves = [&](int joint) { return !columns.col(joint).isZero(0); };
+    std::copy_if(joints->begin(), joints->end(), std::back_inserter(moving_), moves);
+  }
   closures_ = loops_.equations() - passive_rank_;
   if (closures_ < 1) {
     const auto freedoms = static_cast<std::size_t>(passive_rank_) + read_.size();
@@ -160,6 +166,22 @@ void Assembly::set_leg(ConstVector scalars, bool mirrored) {
   loops_.set_scalars(scalars);
   home_side_ = mirrored ? mirrored_side_ : drawn_side_;
   home_joints_ = mirrored ? Joints(home_.joints.cwiseProduct(mirror_signs_)) : home_.joints;
+}
+
+bool Assembly::lane_leg(std::vector<LaneTransform>& transforms, LaneLeg& leg) const {
+  const auto count = [](const std::vector<int>& joints) { return static_cast<int>(joints.size()); };
+  if (read_.size() > 1 || passive_rank_ < moving_passive_ || whole_rank_ < count(moving_)) {
+    return false;
+  }
+  leg = loops_.lane_leg(transforms);
+  leg.home = home_joints_.data();
+  leg.moving = moving_.data();
+  leg.moving_count = count(moving_);
+  leg.passive_count = moving_passive_;
+  leg.read = read_.empty() ? -1 : read_.front();
+  leg.side = read_.size() == 1 && closures_ == 1 ? home_side_ : 0;
+  leg.exact = whole_rank_ == loops_.equations();
+  return true;
 }
 
 void Assembly::walk(const Pose& pose, const Joints& joints) {

@@ -38,6 +38,10 @@ class Assembly {
   const std::vector<int>& read() const { return read_; }  // among the joints by themselves
   const Joints& home_joints() const { return home_joints_; }
 
+  // For the kernels, which read it as long as this and `transforms` live; false where joints may
+  // move without the leg's ends: they cannot choose among columns.
+  bool lane_leg(std::vector<LaneTransform>& transforms, LaneLeg& leg) const;
+
   // All joints by themselves at a pose, on the branch of home; false where there is none.
   bool close(const Pose& pose, Joints& joints);
   // The same with the read joints as they are given in `joints`: the others come as near to closing
@@ -68,6 +72,9 @@ class Assembly {
   Joints home_joints_, mirror_signs_;
   bool can_be_mirrored_ = true;
   std::vector<int> read_, passive_, all_, basis_;
+  std::vector<int>
+      moving_;              // without those that move nothing at home: passive ones, then read ones
+  int moving_passive_ = 0;  // of these
   int closures_ = 0, passive_rank_ = 0, whole_rank_ = 0;
   double home_side_ = 1, drawn_side_ = 1, mirrored_side_ = 1;
   // Where the joints are now, once asked for.

@@ -128,13 +128,25 @@ class DeclaredModel final : public ChainModel {
       return;
     }
     Assembly leg = at(parameters);
+    const SideBySide lanes(leg);
+    const auto own = static_cast<std::size_t>(leg.home_joints().size());
+    std::vector<double> closed_at(own * static_cast<std::size_t>(poses.rows()));
+    std::vector<char> closed(static_cast<std::size_t>(poses.rows()), 0);
+    if (lanes.possible()) {
+      declared_kernels().close(lanes.leg(), plain(poses).data(), poses.rows(), closed_at.data(),
+                               closed.data());
+    }
     Joints joints;
-    for (Index i = 0; i < poses.rows(); ++i) {
-      const bool closes = leg.close(pose(poses, i), joints);
+    for (std::size_t i = 0; i < closed.size(); ++i) {
+      if (closed[i] != 0) {
+        joints = Eigen::Map<const Vector>(&closed_at[i * own], leg.home_joints().size());
+      }
+      const auto row = static_cast<Index>(i);
+      const bool closes = closed[i] != 0 || leg.close(pose(poses, row), joints);
       const bool read = closes && info().read;
-      readings[i] = read     ? sensor(parameters).reading(joints[read_], is_turn())
-                    : closes ? 0
-                             : kNone;
+      readings[row] = read     ? sensor(parameters).reading(joints[read_], is_turn())
+                      : closes ? 0
+                               : kNone;
     }
   }
 
@@ -160,15 +172,16 @@ class DeclaredModel final : public ChainModel {
     }
     const auto count = static_cast<Index>(declaration_->leg.scalars.size());
     rows.by_parameters.setZero(poses.rows() * info().closures, parameter_count());
-    each_closure(parameters, poses, readings, rows, [&](Index row, double reading, const Work& w) {
+    const auto write = [&](Index row, double reading, double by_joint, const double* scalars) {
       auto slopes = rows.by_parameters.row(row);
-      slopes.head(count) = Eigen::Map<const Vector>(w.scalars.data(), count).transpose();
+      slopes.head(count) = Eigen::Map<const Vector>(scalars, count).transpose();
       if (info().read) {
         const auto of_sensor = sensor(parameters).by_parameters(reading);
-        slopes[count + 1] = w.joints[read_] * of_sensor[0];
-        slopes[count + 2] = w.joints[read_] * of_sensor[1];
+        slopes[count + 1] = by_joint * of_sensor[0];
+        slopes[count + 2] = by_joint * of_sensor[1];
       }
-    });
+    };
+    each_closure(parameters, poses, readings, rows, write);
   }
 
   void linearise_pose(ConstVector parameters, ConstRows poses, ConstVector readings,
@@ -177,7 +190,7 @@ class DeclaredModel final : public ChainModel {
       known_->known().linearise_pose(own, poses, readings, rows);
       return;
     }
-    each_closure(parameters, poses, readings, rows, [](Index, double, const Work&) {});
+    each_closure(parameters, poses, readings, rows, [](Index, double, double, const double*) {});
   }
 
   void reading_differences(ConstVector parameters, ConstVector readings, ConstVector others,
@@ -277,6 +290,19 @@ class DeclaredModel final : public ChainModel {
     return known_ && known_->parameters(parameters, own, slopes);
   }
 
+  // A leg as the kernels take it, if they do.
+  class SideBySide {
+   public:
+    explicit SideBySide(const Assembly& leg) : possible_(leg.lane_leg(transforms_, leg_)) {}
+    bool possible() const { return possible_; }
+    const LaneLeg& leg() const { return leg_; }
+
+   private:
+    std::vector<LaneTransform> transforms_;
+    LaneLeg leg_{};
+    bool possible_;
+  };
+
   // Legs as the known chain has them, unless one of them is none of its.
   class KnownLegs {
    public:
@@ -322,6 +348,19 @@ class DeclaredModel final : public ChainModel {
     return {leg.parameters, parameter_count()};
   }
 
+  // Poses as the kernels take them.
+  std::vector<double> plain(ConstRows poses) const {
+    std::vector<double> all(kPoseNumbers * static_cast<std::size_t>(poses.rows()));
+    double* to = all.data();
+    for (Index i = 0; i < poses.rows(); ++i) {
+      const Pose each = pose(poses, i);
+      to = std::copy_n(each.rotation.data(), 9, to);
+      to = std::copy_n(each.position.data(), 3, to);
+      *to++ = std::atan2(each.rotation(1, 0), each.rotation(0, 0));
+    }
+    return all;
+  }
+
   Assembly at(ConstVector parameters) const {
     const auto count = static_cast<Index>(declaration_->leg.scalars.size());
     Assembly leg = assembly_;
@@ -339,23 +378,50 @@ class DeclaredModel final : public ChainModel {
     rows.by_reading.resize(rows.closure.size());
     Assembly leg = at(parameters);
     const LinearSensor sensor = this->sensor(parameters);
-    const Index first = std::max(declaration_->closure, 0);
+    const int first = std::max(declaration_->closure, 0);
+    const auto scalars = static_cast<Index>(declaration_->leg.scalars.size());
+    const auto write = [&](Index i, Index row, const double* numbers) {
+      const double by_joint = numbers[kClosureNumbers - 1];
+      rows.closure[row] = numbers[0];
+      for (std::size_t k = 0; k < tangent_.size(); ++k) {
+        rows.by_pose(row, static_cast<Index>(k)) = numbers[1 + tangent_[k]];
+      }
+      rows.by_reading[row] = info().read ? sensor.gain * by_joint : 0;
+      visit(row, readings[i], by_joint, numbers + kClosureNumbers);
+    };
+    Vector read = Vector::Constant(poses.rows(), kNone);
+    for (Index i = 0; info().read && i < poses.rows(); ++i) {
+      read[i] = sensor.active_joint(readings[i]);
+    }
+    std::vector<char> closed(static_cast<std::size_t>(poses.rows()), 0);
+    RowMatrix together;
+    if (const SideBySide lanes(leg); lanes.possible()) {
+      together.resize(rows.closure.size(), kClosureNumbers + scalars);
+      declared_kernels().closures(lanes.leg(), plain(poses).data(), read.data(), poses.rows(),
+                                  first, info().closures, together.data(), closed.data());
+    }
     Joints joints = leg.home_joints();
     Work work;
+    Vector alone(kClosureNumbers + scalars);
     for (Index i = 0; i < poses.rows(); ++i) {
+      if (closed[static_cast<std::size_t>(i)] != 0) {
+        for (Index row = i * closures; row < (i + 1) * closures; ++row) {
+          write(i, row, together.row(row).data());
+        }
+        continue;
+      }
       if (info().read) {
-        joints[read_] = sensor.active_joint(readings[i]);
+        joints[read_] = read[i];
       }
       leg.close_around_readings(pose(poses, i), joints);
       const Columns& wrenches = leg.reciprocal();
       const Equations residual = leg.loops().residual();
       for (Index c = 0; c < closures; ++c) {
-        const Index row = i * closures + c;
         leg.loops().work(wrenches.col(first + c), work);
-        rows.closure[row] = wrenches.col(first + c).dot(residual);
-        rows.by_pose.row(row) = work.pose(tangent_).transpose();
-        rows.by_reading[row] = info().read ? sensor.gain * work.joints[read_] : 0;
-        visit(row, readings[i], work);
+        alone << wrenches.col(first + c).dot(residual), work.pose,
+            info().read ? work.joints[read_] : 0,
+            Eigen::Map<const Vector>(work.scalars.data(), scalars);
+        write(i, i * closures + c, alone.data());
       }
     }
   }

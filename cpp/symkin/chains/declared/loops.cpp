@@ -2,6 +2,7 @@
 #include "symkin/chains/declared/loops.hpp"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 
@@ -95,6 +96,8 @@ Pair taken(Compares compares, const double* rows) {
   return {zero, zero};
 }
 
+Parts parts_of(const std::vector<Part>& all) { return {all.data(), static_cast<int>(all.size())}; }
+
 bool moves_along(Slot slot) { return slot == Slot::x || slot == Slot::y || slot == Slot::z; }
 
 }  // namespace
@@ -152,17 +155,6 @@ Loops::Loops(const Description& leg) : leg_(&leg), own_(own_joints(leg)) {
                        std::to_string(own_.size()) + " joints; expected at most " +
                        std::to_string(kMostEquations) + " and " + std::to_string(kMostJoints));
   }
-  of_transforms_.resize(leg.transforms.size());
-  of_ratios_.resize(leg.joints.size());
-  for (std::size_t i = 0; i < leg.scalars.size(); ++i) {
-    const Scalar& scalar = leg.scalars[i];
-    const int number = static_cast<int>(i);
-    of_transforms_[static_cast<std::size_t>(scalar.transform)].push_back({scalar.slot, number, 1});
-    for (const Use& use : scalar.uses) {
-      auto& parts = use.at.kind == Step::Kind::joint ? of_ratios_ : of_transforms_;
-      parts[static_cast<std::size_t>(use.at.index)].push_back({use.slot, number, use.factor});
-    }
-  }
   for (const Joint& joint : leg.joints) {
     ratios_.push_back(joint.follows == Joint::kOwn ? 1 : joint.ratio);
     axes_.push_back(own_axis(joint.axis));
@@ -174,19 +166,86 @@ Loops::Loops(const Description& leg) : leg_(&leg), own_(own_joints(leg)) {
     prepare(leg.loops[i].left, walked_[i].left);
     prepare(leg.loops[i].right, walked_[i].right);
   }
+  form_ = form();
   set_transforms(leg.transforms);
+}
+
+std::shared_ptr<const Loops::Form> Loops::form() const {
+  auto made = std::make_shared<Form>();
+  made->of_transforms.resize(leg_->transforms.size());
+  made->of_ratios.resize(leg_->joints.size());
+  for (std::size_t i = 0; i < leg_->scalars.size(); ++i) {
+    const Scalar& scalar = leg_->scalars[i];
+    const int number = static_cast<int>(i);
+    made->of_transforms[static_cast<std::size_t>(scalar.transform)].push_back(
+        {scalar.slot, number, 1});
+    for (const Use& use : scalar.uses) {
+      auto& parts = use.at.kind == Step::Kind::joint ? made->of_ratios : made->of_transforms;
+      parts[static_cast<std::size_t>(use.at.index)].push_back({use.slot, number, use.factor});
+    }
+  }
+  for (std::size_t i = 0; i < leg_->joints.size(); ++i) {
+    const Joint& joint = leg_->joints[i];
+    made->joints.push_back({joint.kind,
+                            axes_[i],
+                            {joint.axis.x(), joint.axis.y(), joint.axis.z()},
+                            column_[i],
+                            joint.follows == Joint::kOwn,
+                            joint.offset,
+                            parts_of(made->of_ratios[i])});
+  }
+  for (std::size_t i = 0; i < leg_->loops.size(); ++i) {
+    const Loop& loop = leg_->loops[i];
+    const LanePath left = lane_path(loop.left, walked_[i].left, made->frame_count);
+    const LanePath right = lane_path(loop.right, walked_[i].right, made->frame_count);
+    made->loops.push_back({left, right, loop.compares, loop.length_transform, loop.length_joint});
+  }
+  return made;
+}
+
+LanePath Loops::lane_path(const std::vector<Step>& steps, const Path& path, int& frames) const {
+  const int begin = frames;
+  frames += static_cast<int>(path.frames.size());
+  return {steps.data(), static_cast<int>(steps.size()), static_cast<int>(path.fixed),
+          static_cast<int>(path.posed), begin};
+}
+
+LaneLeg Loops::lane_leg(std::vector<LaneTransform>& transforms) const {
+  transforms.resize(transforms_.size());
+  for (std::size_t i = 0; i < transforms.size(); ++i) {
+    const TransformGeometry& from = transforms_[i];
+    LaneTransform& to = transforms[i];
+    std::copy_n(from.rotation.data(), from.rotation.size(), to.rotation);
+    std::copy_n(from.translation.data(), from.translation.size(), to.translation);
+    std::copy_n(from.axes.data(), from.axes.size(), to.axes);
+    to.length = lengths_[i];
+    to.turns = from.turns;
+    to.parts = parts_of(form_->of_transforms[i]);
+  }
+  LaneLeg leg{};
+  leg.loops = form_->loops.data();
+  leg.loop_count = static_cast<int>(form_->loops.size());
+  leg.joints = form_->joints.data();
+  leg.ratios = ratios_.data();
+  leg.joint_count = static_cast<int>(form_->joints.size());
+  leg.transforms = transforms.data();
+  leg.frame_count = form_->frame_count;
+  leg.scalar_count = static_cast<int>(leg_->scalars.size());
+  leg.equations = equations_;
+  leg.own_count = static_cast<int>(own_.size());
+  return leg;
 }
 
 void Loops::set_scalars(ConstVector scalars) {
   std::vector<TransformValues> values = leg_->transforms;
   for (std::size_t i = 0; i < values.size(); ++i) {
-    for (const Part& part : of_transforms_[i]) {
+    for (const Part& part : form_->of_transforms[i]) {
       values[i][static_cast<std::size_t>(part.slot)] = part.factor * scalars[part.scalar];
     }
   }
   set_transforms(values);
   for (std::size_t i = 0; i < ratios_.size(); ++i) {
-    for (const Part& part : of_ratios_[i]) {
+    for (const Part& part : form_->of_ratios[i]) {
       ratios_[i] = part.factor * scalars[part.scalar];
     }
   }
@@ -392,7 +451,8 @@ void Loops::work(const Equations& closure, Work& work) const {
       if (loop.length_joint >= 0) {
         work.joints[column_[static_cast<std::size_t>(loop.length_joint)]] -= closure[row];
       } else {
-        for (const Part& part : of_transforms_[static_cast<std::size_t>(loop.length_transform)]) {
+        for (const Part& part :
+             form_->of_transforms[static_cast<std::size_t>(loop.length_transform)]) {
           work.scalars[static_cast<std::size_t>(part.scalar)] -= part.factor * closure[row];
         }
       }
@@ -421,13 +481,13 @@ void Loops::work_of_path(const std::vector<Step>& steps, const Path& path, const
                                   : frame.axis.dot(moment_at(frame.start));
       double& moves = joint.follows == Joint::kPoseYaw ? work.pose[5] : work.joints[column_[index]];
       moves += ratios_[index] * by_joint;
-      for (const Part& part : of_ratios_[index]) {
+      for (const Part& part : form_->of_ratios[index]) {
         work.scalars[static_cast<std::size_t>(part.scalar)] +=
             part.factor * followed_[index] * by_joint;
       }
       continue;
     }
-    if (steps[k].kind == Step::Kind::transform && of_transforms_[index].empty()) {
+    if (steps[k].kind == Step::Kind::transform && form_->of_transforms[index].empty()) {
       continue;
     }
     const Vector3d local_force = frame.rotation.transpose() * force;
@@ -438,7 +498,7 @@ void Loops::work_of_path(const std::vector<Step>& steps, const Path& path, const
       continue;
     }
     const TransformGeometry& transform = transforms_[index];
-    for (const Part& part : of_transforms_[index]) {
+    for (const Part& part : form_->of_transforms[index]) {
       const Vector3d& does = moves_along(part.slot) ? local_force : at_end;
       double gained = transform.axes.col(static_cast<int>(part.slot)).dot(does);
       if (part.slot == Slot::azimuth) {

@@ -2,14 +2,12 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <memory>
 #include <vector>
 
-#include "symkin/chains/declared/description.hpp"
+#include "symkin/chains/declared/lane_leg.hpp"
 
 namespace symkin::declared {
-
-inline constexpr int kMostEquations = 16;
-inline constexpr int kMostJoints = 16;
 
 // Small matrices in place.
 using Equations = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostEquations, 1>;
@@ -70,6 +68,9 @@ class Loops {
   Equations residual() const;
   Columns columns() const;  // dresidual/djoint, equations x own joints
   void work(const Equations& closure, Work& work) const;
+  // For the kernels, which read it as long as these loops and `transforms` live: all but the joints
+  // and what is asked of them.
+  LaneLeg lane_leg(std::vector<LaneTransform>& transforms) const;
   // Whether every rotation that must agree is far from half a turn off, where residuals vanish too.
   bool on_this_side_of_half_a_turn() const;
   // Where the joints along the left path of the first loop stand, then the end of the right one;
@@ -100,12 +101,16 @@ class Loops {
     Eigen::Vector3d moment(const Eigen::Vector3d& of_residual, bool is_left) const;
   };
 
-  struct Part {  // of a transform or a ratio
-    Slot slot;
-    int scalar;
-    double factor;
+  // What does not depend on numbers, as the kernels take it.
+  struct Form {
+    std::vector<std::vector<Part>> of_transforms, of_ratios;
+    std::vector<LaneJoint> joints;
+    std::vector<LaneLoop> loops;
+    int frame_count = 0;
   };
 
+  std::shared_ptr<const Form> form() const;
+  LanePath lane_path(const std::vector<Step>& steps, const Path& path, int& frames) const;
   void set_transforms(const std::vector<TransformValues>& values);
   void prepare(const std::vector<Step>& steps, Path& path) const;
   void walk(const std::vector<Step>& steps, const Pose& pose, std::size_t first, std::size_t last,
@@ -116,7 +121,7 @@ class Loops {
   const Description* leg_;
   std::vector<int> own_, column_;  // the joints by themselves; of each joint whose column it moves
   std::vector<int> axes_;          // of each joint, of its own frame, or -1
-  std::vector<std::vector<Part>> of_transforms_, of_ratios_;
+  std::shared_ptr<const Form> form_;
   int equations_ = 0;
   std::vector<TransformGeometry> transforms_;
   std::vector<double> lengths_;  // of each transform its x

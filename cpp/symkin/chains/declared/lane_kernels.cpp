@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: MIT
+
+// Compiled twice on x86-64, see chains/detail/kernels.hpp: a pose a lane.
+#include "symkin/chains/declared/lane_loops.hpp"
+#include "symkin/chains/declared/lane_qr.hpp"
+#include "symkin/chains/detail/kernels.hpp"
+#include "symkin/support/processor.hpp"
+
+namespace symkin::declared {
+
+template <typename T>
+class LaneAssembly {
+  using Mask = typename Lanes<T>::Mask;
+  using Rows = detail::LaneRows<T>;
+  using Qr = LaneQr<T, kMostEquations, kMostJoints>;
+
+ public:
+  LaneAssembly(const LaneLeg& leg, int rank)
+      : leg_(leg),
+        loops_(leg),
+        qr_(leg.equations, rank),
+        next_(leg.equations, rank),
+        work_(static_cast<std::size_t>(leg.scalar_count)) {}
+
+  static void close(const LaneLeg& leg, const double* poses, Index count, double* joints,
+                    char* closed) {
+    LaneAssembly assembly(leg, leg.moving_count);
+    for (Index first = 0; first < count; first += Lanes<T>::kCount) {
+      const Rows rows(first, count);
+      T own[kMostJoints];
+      assembly.stand_at_home(rows, poses, own);
+      Mask found = assembly.newton(own);
+      found = found & assembly.on_branch(assembly.qr_.orientation());
+      if (leg.exact) {
+        found = found & assembly.meets_all();
+      }
+      for (int i = 0; i < leg.own_count; ++i) {
+        rows.write(own[i], joints + i, leg.own_count);
+      }
+      tell(rows, found, closed);
+    }
+  }
+
+  static void closures(const LaneLeg& leg, const double* poses, const double* read, Index count,
+                       int first_closure, int closures, double* to, char* closed) {
+    LaneAssembly assembly(leg, leg.passive_count);
+    for (Index first = 0; first < count; first += Lanes<T>::kCount) {
+      const Rows rows(first, count);
+      T own[kMostJoints];
+      assembly.stand_at_home(rows, poses, own);
+      if (leg.read >= 0) {
+        own[leg.read] = rows.read(read, 1);
+      }
+      const Mask found = assembly.newton(own);
+      const T by_read = assembly.find_reciprocal();
+      tell(rows, found & assembly.on_branch(by_read), closed);
+      const Index width = kClosureNumbers + leg.scalar_count;
+      for (int i = 0; i < closures; ++i) {
+        assembly.write(assembly.reciprocal_[first_closure + i], rows, to + i * width,
+                       closures * width);
+      }
+    }
+  }
+
+ private:
+  void stand_at_home(const Rows& rows, const double* poses, T* own) {
+    loops_.stand(rows, poses);
+    for (int i = 0; i < leg_.own_count; ++i) {
+      own[i] = T(leg_.home[i]);
+    }
+  }
+
+  static void tell(const Rows& rows, const Mask& found, char* closed) {
+    for (int lane = 0; lane < Lanes<T>::kCount; ++lane) {
+      closed[rows.row(lane)] = Lanes<T>::lane(found, lane) ? 1 : 0;
+    }
+  }
+
+  // As Assembly::newton(), until a step is short; then once more with the same derivatives. A lane
+  // that has come so far waits for the others as it is.
+  Mask newton(T* own) {
+    constexpr int kMost = 12;
+    constexpr double kLongest = 0.5;  // m and rad
+    constexpr double kShort = 1e-5;
+    constexpr double kNoStep = 1e-9;
+    const Mask nowhere = T(0.0) > T(0.0);
+    loops_.walk(own);
+    if (qr_.rank() == 0) {
+      return T(0.0) == T(0.0);
+    }
+    Mask waits = nowhere;
+    for (int i = 0; i < kMost; ++i) {
+      loops_.columns(columns_);
+      if (Lanes<T>::any(waits)) {
+        next_.factorise(columns_, leg_.moving);
+        qr_.take(!waits, next_);
+      } else {
+        qr_.factorise(columns_, leg_.moving);
+      }
+      const T largest = step(waits, kLongest, own);
+      waits = waits | !(largest > T(kShort));  // NaN waits, too
+      if (!Lanes<T>::any(!waits)) {
+        break;
+      }
+    }
+    return step(nowhere, kLongest, own) < T(kNoStep);
+  }
+
+  T step(const Mask& waits, double longest, T* own) {
+    using std::abs;
+    T step[kMostEquations];
+    loops_.residual(step);
+    qr_.solve(step);
+    T largest(0.0);
+    for (int k = 0; k < qr_.rank(); ++k) {
+      const T size = abs(step[k]);
+      largest = Lanes<T>::select(size < largest, largest, size);  // NaN stays
+    }
+    const T limit(longest);
+    T share = Lanes<T>::select(largest > limit, limit / largest, T(1.0));
+    for (int k = 0; k < qr_.rank(); ++k) {
+      T& moved = own[leg_.moving[k]];
+      moved = Lanes<T>::select(waits, moved, moved - share * step[k]);
+    }
+    loops_.walk(own);
+    return largest;
+  }
+
+  Mask on_branch(const T& side) const {
+    const Mask near = loops_.on_this_side_of_half_a_turn();
+    return leg_.side == 0 ? near : near & (T(leg_.side) * side > T(0.0));
+  }
+
+  Mask meets_all() const {
+    constexpr double kClosed = 1e-9;  // m and rad
+    using std::abs;
+    T missed[kMostEquations];
+    loops_.residual(missed);
+    Mask all = T(0.0) == T(0.0);
+    for (int i = 0; i < leg_.equations; ++i) {
+      all = all & (abs(missed[i]) < T(kClosed));
+    }
+    return all;
+  }
+
+  T dot(const T* a, const T* b) const {
+    T sum(0.0);
+    for (int i = 0; i < leg_.equations; ++i) {
+      sum = sum + a[i] * b[i];
+    }
+    return sum;
+  }
+
+  // As Assembly::reciprocal(); returns what the first closure gains by the first read joint.
+  T find_reciprocal() {
+    loops_.columns(columns_);
+    qr_.factorise(columns_, leg_.moving);
+    const int count = leg_.equations - leg_.passive_count;
+    for (int i = 0; i < count; ++i) {
+      qr_.complement(i, reciprocal_[i]);
+    }
+    if (leg_.read < 0) {
+      return T(0.0);
+    }
+    const T* const of_read = columns_[leg_.read];
+    if (count == 1) {
+      const T sign = qr_.orientation();
+      for (int row = 0; row < leg_.equations; ++row) {
+        reciprocal_[0][row] = sign * reciprocal_[0][row];
+      }
+      return dot(reciprocal_[0], of_read);
+    }
+    // A reflection carries the work with the reading into the first closure.
+    using std::sqrt;
+    T work[kMostEquations];
+    T square(0.0);
+    for (int i = 0; i < count; ++i) {
+      work[i] = dot(reciprocal_[i], of_read);
+      square = square + work[i] * work[i];
+    }
+    const T size = sqrt(square);
+    square = square - work[0] * work[0];
+    work[0] = work[0] - size;
+    square = square + work[0] * work[0];
+    const T share = Lanes<T>::select(square > T(0.0), T(2.0) / square, T(0.0));
+    for (int row = 0; row < leg_.equations; ++row) {
+      T along(0.0);
+      for (int i = 0; i < count; ++i) {
+        along = along + reciprocal_[i][row] * work[i];
+      }
+      for (int i = 0; i < count; ++i) {
+        reciprocal_[i][row] = reciprocal_[i][row] - share * along * work[i];
+      }
+    }
+    return size;
+  }
+
+  void write(const T* wrench, const Rows& rows, double* to, Index stride) {
+    T missed[kMostEquations], pose[6], joints[kMostJoints];
+    loops_.residual(missed);
+    loops_.work(wrench, pose, joints, work_.data());
+    const auto put = [&](const T& value) { rows.write(value, to++, stride); };
+    put(dot(wrench, missed));
+    for (const T& each : pose) {
+      put(each);
+    }
+    put(leg_.read >= 0 ? joints[leg_.read] : T(0.0));
+    for (const T& each : work_) {
+      put(each);
+    }
+  }
+
+  const LaneLeg& leg_;
+  LaneLoops<T> loops_;
+  Qr qr_, next_;
+  T columns_[kMostJoints][kMostEquations], reciprocal_[kMostEquations][kMostEquations];
+  std::vector<T> work_;
+};
+
+template <typename T>
+struct DeclaredKernelsOf {
+  static constexpr DeclaredKernels kTable{LaneAssembly<T>::close, LaneAssembly<T>::closures};
+};
+
+#ifdef SYMKIN_COMPILES_AVX2
+const DeclaredKernels* declared_kernels_avx2() {
+  return &DeclaredKernelsOf<chains::Scalar<xsimd::avx2>>::kTable;
+}
+#else
+#ifdef SYMKIN_HAS_AVX2
+const DeclaredKernels* declared_kernels_avx2();
+#endif
+
+const DeclaredKernels& declared_kernels() {
+#ifdef SYMKIN_HAS_AVX2
+  if (processor() >= Processor::avx2) {
+    return *declared_kernels_avx2();
+  }
+#endif
+  return DeclaredKernelsOf<chains::Scalar<xsimd::default_arch>>::kTable;
+}
+#endif
+
+}  // namespace symkin::declared

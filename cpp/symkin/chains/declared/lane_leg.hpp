@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include "symkin/chains/declared/description.hpp"
+
+// A declared leg as the kernels take it that close several poses side by side: plain numbers alone,
+// since what is compiled for other processors must not share a type of Eigen with the rest.
+namespace symkin::declared {
+
+inline constexpr int kMostEquations = 16;
+inline constexpr int kMostJoints = 16;
+
+// Of a number of the leg: `factor` times the scalar stands in that slot.
+struct Part {
+  Slot slot;
+  int scalar;
+  double factor;
+};
+
+struct Parts {
+  const Part* first = nullptr;
+  int count = 0;
+};
+
+struct LaneJoint {
+  JointKind kind;
+  int along;  // of its own frame's axes, or -1
+  double axis[3];
+  int column;  // of the joint that stands by itself and moves it, or -1: the pose's turn about z
+  bool own;
+  double offset;
+  Parts ratio;
+};
+
+struct LanePath {
+  const Step* steps;
+  int count;
+  int fixed, posed;  // the first step that depends on the pose, and the first behind it on joints
+  int frames;        // where its own begin among those of all paths
+};
+
+struct LaneLoop {
+  LanePath left, right;
+  Compares compares;
+  int length_transform, length_joint;
+};
+
+// A fixed transform's numbers, matrices by columns.
+struct LaneTransform {
+  double rotation[9], translation[3], axes[3 * kSlots];
+  double length;  // its x
+  bool turns;
+  Parts parts;
+};
+
+struct LaneLeg {
+  const LaneLoop* loops;
+  int loop_count;
+  const LaneJoint* joints;
+  const double* ratios;  // of all joints, to what they follow
+  int joint_count;
+  const LaneTransform* transforms;
+  int frame_count, scalar_count;
+
+  int equations;
+  const double* home;  // of the joints that stand by themselves
+  int own_count;
+  // Those that move anything, passive ones first; their columns are independent.
+  const int* moving;
+  int moving_count, passive_count;
+  int read;  // the first that is, or -1
+  // The sign of d/dreading of the only closure, or 0 where nobody asks; and whether all equations
+  // can be met.
+  double side;
+  bool exact;
+};
+
+// A row a pose: its rotation by columns, position, and turn about z.
+inline constexpr int kPoseNumbers = 13;
+// A row a closure: itself, its derivatives by the pose (six) and the joint that is read, and by the
+// scalars.
+inline constexpr int kClosureNumbers = 8;
+
+struct DeclaredKernels {
+  // Joints by themselves at poses, from home; `closed` is 0 where Newton's method does not come to
+  // home's branch, which wants a closer look.
+  void (*close)(const LaneLeg& leg, const double* poses, Index count, double* joints, char* closed);
+  // So many closures from the first on, with the read joint as given (NaN of no leg's).
+  void (*closures)(const LaneLeg& leg, const double* poses, const double* read, Index count,
+                   int first, int closures, double* rows, char* closed);
+};
+
+// Those for this processor; what a pose gets depends on nothing but that pose.
+const DeclaredKernels& declared_kernels();
+
+}  // namespace symkin::declared
