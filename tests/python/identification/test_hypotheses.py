@@ -109,14 +109,20 @@ def test_a_mistake_in_positions_is_named_with_its_evidence(paper, plan, mistake,
         assert said.size == pytest.approx(1.2, rel=1e-2)
 
 
-def test_positions_that_were_sorted_and_readings_not_are_put_to_their_rows(paper, plan):
+def test_what_was_sorted_by_itself_is_put_to_its_rows_by_positions(paper, plan):
     taken = measured(paper, plan, POSITIONS)
     order = np.argsort(taken.poses[:, 0])
-    wrong = replace(taken, poses=taken.poses[order])
-    (said,) = said_of(paper, wrong)
-    assert told(said) == [("rows-out-of-order", ())]
-    table = hypotheses_of(paper, wrong, EstimateOptions("joint"))[0].table
-    np.testing.assert_array_equal(table.readings, taken.readings[order])
+    readings = np.array(taken.readings)
+    readings[:, 1] = np.sort(readings[:, 1])
+    of_poses = replace(taken, poses=taken.poses[order])
+    of_a_leg = replace(taken, readings=readings)
+    for wrong, legs, meant in (
+        (of_poses, (), taken.readings[order]),
+        (of_a_leg, (2,), taken.readings),
+    ):
+        tried = hypotheses_of(paper, wrong, EstimateOptions("joint"))
+        assert told(tried[0].cause) == [("rows-out-of-order", legs)]
+        np.testing.assert_array_equal(tried[0].table.readings, meant)
 
 
 def of_points(change):

@@ -29,6 +29,7 @@ _LATE = 3  # rows, of all readings
 _LATE_ALONE = 2  # of one leg's
 _LATE_IN_PAIRS = 1  # of two legs'
 _MOST = 400  # rows that are put in another order
+_MOST_TRIED = 100  # rows, if each value of a column is tried in each of them
 _FEW = 8  # rows from which a sorted column is none by chance
 _FAR = 30.0  # times as far out as the drawing has it: in another unit
 _BEYOND = 1e6  # of a cell that cannot be
@@ -154,7 +155,8 @@ def _orders(stated: Correction) -> Iterator[Correction]:
         return
     yield from _ordered(stated, None)
     in_full = np.isfinite(measured.poses).all()
-    columns = [("readings", leg) for leg in range(measured.readings.shape[1]) if in_full]
+    in_any = in_full or count <= _MOST_TRIED
+    columns = [("readings", leg) for leg in range(measured.readings.shape[1]) if in_any]
     columns += [("poses", axis) for axis in range(measured.space.size)]
     for name, column in columns:
         steps = np.diff(getattr(measured, name)[:, column])
@@ -225,6 +227,8 @@ def _by_readings(robot: Mechanism, measured: Measurements) -> Array:
 
 def _ranked(robot: Mechanism, measured: Measurements, name: str, column: int) -> Measurements:
     """Values of a column given to rows by the rank that a robot says they have."""
+    if name == "readings" and not np.isfinite(measured.poses).all():
+        return _tried(robot, measured, column)
     if name == "readings":
         expected = robot.inverse_kinematics(unframed(robot, measured.poses))[:, column]
     else:
@@ -235,6 +239,20 @@ def _ranked(robot: Mechanism, measured: Measurements, name: str, column: int) ->
     ranks = np.argsort(np.argsort(np.nan_to_num(expected, nan=np.inf), kind="stable"))
     values[:, column] = np.sort(values[:, column])[ranks]
     return dataclasses.replace(measured, **{name: values})  # type: ignore[arg-type]
+
+
+def _tried(robot: Mechanism, measured: Measurements, column: int) -> Measurements:
+    """Values of a column of readings given to rows where they fit positions best."""
+    count, size = len(measured.readings), robot.space.size
+    values = np.array(measured.readings)
+    tried = np.repeat(values, count, axis=0)
+    tried[:, column] = np.tile(values[:, column], count)
+    drawn = framed(robot, robot.forward_kinematics(tried)[0])[:, :size]
+    away = measured.poses[:, None, :size] - drawn.reshape(count, count, size)
+    costs = np.square(away).sum(axis=2)
+    order = assigned(np.where(np.isfinite(costs), costs, _BEYOND))
+    values[:, column] = values[order, column]
+    return dataclasses.replace(measured, readings=values)
 
 
 def _distances(robot: Mechanism, poses: Array, readings: Array) -> Array:

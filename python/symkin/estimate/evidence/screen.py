@@ -24,7 +24,7 @@ from symkin.model.settings import NoiseSettings
 from symkin.model.tolerances import parameter_tolerances
 from symkin.model.turns import turn_of
 
-__all__ = ["FIRST", "Screen", "ShortList"]
+__all__ = ["FIRST", "ROUNDS", "Screen", "ShortList"]
 
 Array = NDArray[np.float64]
 
@@ -41,7 +41,7 @@ _RIVALS = 3.0  # times that, at most
 _HOPELESS = 1e4  # per reading, after a step
 _LOST = 1e12  # (r/s)^2 of a reading at a pose that the leg cannot take
 _OUT_OF_REACH = 1e3  # of chi-square, after a step
-_ROUNDS = 3  # of giving the values of a column to rows by a robot that has learnt from them
+ROUNDS = 3  # of giving the values of a column to rows by a robot that has learnt from them
 _BEND = 3.0  # prior standard deviations, where a robust step's weights fall to a half
 
 
@@ -150,7 +150,7 @@ class Screen:
 
     def settled(self, correction: Correction) -> Correction:
         """Give values to rows again, where that is the edit, by a robot that learns from them."""
-        for _ in range(_ROUNDS if correction.again else 0):
+        for _ in range(ROUNDS if correction.again else 0):
             assert correction.again is not None
             robot, taken = correction.mechanism, _Taken.of(correction)
             if taken is None:
