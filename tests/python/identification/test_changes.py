@@ -132,6 +132,8 @@ def test_backlash_that_is_missed_is_told_with_what_it_does_to_the_robot(paper):
     moved = symkin.evaluate(spoiled.mechanism, actual=found.mechanism, poses=poses)
     times = moved.position_rms / found.expected_at_poses.position
     assert times == pytest.approx(float(told[2]), rel=0.1)
+    bent = symkin.identify(paper, taken, sensor="quadratic").notes
+    assert "backlash of" in next(str(each) for each in bent if each.code == "unseen")
     known = symkin.identify(paper, taken, backlash=True).notes
     assert "backlash" not in " ".join(str(each) for each in known if each.code == "unseen")
 

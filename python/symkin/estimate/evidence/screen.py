@@ -125,11 +125,9 @@ class Screen:
 
         Then a mistake may be there, but no two of them.
         """
-        if stated.options.frames:
-            return False
         screen = Screen.of(stated)
         if screen is None:
-            return _agrees_in_place(stated)
+            return not stated.options.frames and _agrees_in_place(stated)
         taken = _Taken.of(stated)
         if taken is None:
             return False

@@ -62,7 +62,8 @@ def notes_of_the_unseen(found: Found) -> Iterator[Note]:
         rows = rows_of_changes(found, ())
         if rows is None or rows.spare < 1:
             return
-        survey, covariance = promising(found, found.mechanism)
+        # Effects are those where sensors are straight, of their bends too.
+        survey, covariance = promising(found, found.mechanism.replace(curvature=None))
         places = found.latent_poses[np.isfinite(found.latent_poses).all(axis=1)]
         effects = survey.effects(places)[0][:, :3]
     except SymkinError:
