@@ -616,7 +616,9 @@ def at_random(robot, seed):
     return symkin.simulate(robot, plan, seed).measurements
 
 
-@pytest.mark.parametrize("changes", [{}, {"drift": ["frame"]}, {"backlash": True}])
+@pytest.mark.parametrize(
+    "changes", [{}, {"drift": ["frame"]}, {"backlash": True}, {"sensor": "quadratic"}], ids=str
+)
 def test_poses_that_nobody_planned_are_no_reason_for_doubt(changes):
     """They say nothing of some parameters, which the end effector does not need."""
     robot = symkin.load_mechanism("rotary_delta")

@@ -7,18 +7,19 @@ import dataclasses
 import math
 from collections.abc import Iterator
 from statistics import NormalDist
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symkin import _core
-from symkin.errors import named_legs
+from symkin.errors import SymkinError, named_legs
 from symkin.estimate.conflict import LIMIT
 from symkin.estimate.evidence.findings import Doubt, Note, few
 from symkin.estimate.fit import FALSE_ALARMS
 from symkin.estimate.found import Found
 from symkin.estimate.parameters import Unknown
-from symkin.estimate.precision import Expected
+from symkin.estimate.precision import expected_over, promising
 from symkin.estimate.solution import computed_from_drawing
 from symkin.estimate.strain import strains_of
 from symkin.model.poses import POSE_SPACES, cross_matrices, transforms
@@ -157,7 +158,14 @@ def _platform_is_known(found: Found) -> bool:
     return after.position <= before.position and after.orientation <= before.orientation
 
 
-def _with_and_without(found: Found) -> tuple[Expected, Expected] | None:
+class _Known(NamedTuple):
+    """How well the end effector is known over the workspace, root mean square."""
+
+    position: float
+    orientation: float
+
+
+def _with_and_without(found: Found) -> tuple[_Known, _Known] | None:
     """How well the end effector is known from the measurements, and by the drawing alone."""
     variances = np.square([each.tolerance for each in found.first_unknowns])
     # What changed while it was measured is no part of the drawing, and moves no end effector.
@@ -168,8 +176,22 @@ def _with_and_without(found: Found) -> tuple[Expected, Expected] | None:
     if not np.isfinite(variances).all():
         return None
     drawn = dataclasses.replace(found, covariance=np.diag(variances))
-    after, before = Expected.of(found), Expected.of(drawn)
-    return None if after is None or before is None else (after, before)
+    # Effects are those where sensors are straight, of their bends too.
+    robot = found.mechanism.replace(curvature=None)
+    try:
+        survey, with_rows = promising(found, robot)
+        without = promising(drawn, robot)[1]
+        effects = survey.effects(expected_over(robot))[0]
+    except SymkinError:
+        return None
+    if not len(effects):
+        return None
+
+    def known(covariance: Array) -> _Known:
+        squares = ((effects @ covariance) * effects).sum(axis=2).mean(axis=0)
+        return _Known(float(np.sqrt(squares[:3].sum())), float(np.sqrt(squares[3:].sum())))
+
+    return known(with_rows), known(without)
 
 
 def hiding_noise(found: Found) -> Iterator[Doubt]:
