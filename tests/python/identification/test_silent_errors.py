@@ -644,8 +644,10 @@ def test_readings_in_steps_are_told_where_few_of_them_are_alike():
     taken = symkin.simulate(robot, robot.plan(40), 1).measurements.for_all_legs()
     step = np.ptp(taken.readings, axis=0) / 64
     coarse = replace(taken, readings=np.round(taken.readings / step) * step)
-    told = {each.code: each for each in symkin.identify(robot, coarse).doubts}["readings-coarse"]
-    assert told.size == pytest.approx(step.min())
+    for sensor in ("linear", "quadratic"):
+        doubts = symkin.identify(robot, coarse, sensor=sensor).doubts
+        told = {each.code: each for each in doubts}["readings-coarse"]
+        assert told.size == pytest.approx(step.min())
     # Decimals of a file are finer than the noise, whatever else is wrong.
     shaken = taken.readings + 1e-3 * np.random.default_rng(1).standard_normal(taken.readings.shape)
     doubts = symkin.identify(robot, replace(taken, readings=np.round(shaken, 4))).doubts

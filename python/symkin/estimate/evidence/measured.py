@@ -249,7 +249,8 @@ def _width(taken: Taken, leg: int, noise: NoiseSettings) -> float:
     """Standard deviation of a leg's reading less that at a measured pose."""
     size, dof = taken.nominal.space.size, taken.nominal.space.dof
     sigma = np.where(np.arange(dof) < size, noise.position, noise.orientation)
-    jacobian = taken.calibrated.pose_jacobian(taken.poses[taken.rows(leg)])[:, leg]
+    straight = taken.calibrated.replace(curvature=None)
+    jacobian = straight.pose_jacobian(taken.poses[taken.rows(leg)])[:, leg]
     return float(np.sqrt(noise.reading**2 + np.median((jacobian * sigma) ** 2 @ np.ones(dof))))
 
 
