@@ -161,7 +161,7 @@ def compare(
     if not alike or not np.allclose(one.nominal.parameters, other.nominal.parameters):
         raise SymkinError(
             f'the calibrations are of the drawings "{one.nominal.name}" and '
-            f'"{other.nominal.name}", which differ; expected two of one robot'
+            f'"{other.nominal.name}", which differ; expected two that began with the same drawing'
         )
     names = [name for name in one.names if name in other.names and name.startswith("leg")]
     if not names:

@@ -12,10 +12,12 @@ from symkin.errors import SymkinError
 from symkin.guided import Session, Verdict
 from symkin.show.guided import verdict_text
 from symkin.show.units import on_paper
+from symkin.show.wording import plural
 
 __all__ = ["KEYS", "Entry", "decisions", "entered", "entries_of", "obeyed"]
 
 KEYS = {"s": "skip", "o": "occluded", "a": "avoid region", "r": "repeat", "u": "undo"}
+_DECIDING = ("t", "d", "k")
 _NOT_SEEN = ("-", "?")
 _READING = "psi_"
 
@@ -66,7 +68,7 @@ def obeyed(session: Session, line: str) -> str:
             return "The second failure there: a leaves the region out."
     elif key == "a":
         session.avoid()
-    elif key in ("r", "t", "d", "k"):
+    elif key in ("r", *_DECIDING):
         _decide(session, key)
     elif key == "u":
         return f"Row {session.undo()} is taken back."
@@ -143,11 +145,14 @@ def _row(line: str, entries: Sequence[Entry]) -> dict[str, float]:
     parts = [part.rstrip(",") for part in parts if part.strip(",")]
     measured = [entry for entry in entries if not entry.is_reading]
     given = entries if len(parts) == len(entries) else measured
+    if len(parts) == 1 and parts[0] not in _NOT_SEEN and not re.search(r"\d", parts[0]):
+        keys = ", ".join((*KEYS, *_DECIDING))
+        raise SymkinError(f'"{parts[0]}" is no key and no row; expected {keys}, or numbers')
     if len(parts) != len(given):
         names = ", ".join(f"{entry.name} {entry.unit}".strip() for entry in entries)
         counts = f"{len(measured)} or " if measured else ""
         raise SymkinError(
-            f"{len(parts)} values were entered; expected {counts}{len(entries)}: {names}"
+            f"{plural(len(parts), 'value')} entered; expected {counts}{len(entries)}: {names}"
         )
     return {entry.column: _number(part, entry) for part, entry in zip(parts, given, strict=True)}
 

@@ -99,7 +99,7 @@ def verdict_text(verdict: Verdict, width: int = WIDTH) -> str:
         )
     elif number is not None:
         off = f" ({significant(verdict.off, 2)} sigma)" if math.isfinite(verdict.off) else ""
-        lines += _filled(f"!  Row {number} does not fit the others{off}.", 0, width)
+        lines += _filled(f"!  Row {number} does not fit what is known without it{off}.", 0, width)
         if verdict.likely:
             lines += _filled(f"   It would with {verdict.likely}.  t take it so", 0, width)
         lines += ["   r repeat its pose (tells the row from the robot), d drop it, k keep it"]

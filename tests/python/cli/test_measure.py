@@ -44,7 +44,8 @@ def test_rows_are_typed_in_the_units_of_the_prompt(symkin, tmp_path, typed):
     done = symkin("measure", "3RRR", "--accuracy", "0.1mm", "--out", tmp_path, *FEW)
     assert done.code == 1
     assert "Not yet: 1 row" in done.out
-    assert "2 values were entered; expected 3 or 6: x mm, y mm" in done.words
+    assert "2 values entered; expected 3 or 6: x mm, y mm" in done.words
+    assert '"bad" is no key and no row; expected s, o, a, r, u, t, d, k, or numbers' in done.words
     assert "Row 4 is taken back." in done.out
     lines = (tmp_path / "measured.csv").read_text().splitlines()
     assert [line.split(",")[3] for line in lines[1:]] == [
