@@ -14,6 +14,7 @@ from symkin.cli import main
 from symkin.errors import SymkinError
 from symkin.estimate.covariates import clock, covariates_of, last_moves
 from symkin.estimate.evidence.changes import change_tests, largest_of_steps, step_scores
+from symkin.planning.simulation import disturb
 
 CHANGES = {
     "a drift of a leg": ({"leg2.drift": "1 mrad"}, {"drift": ["leg"]}, "drifts"),
@@ -115,6 +116,15 @@ def test_orientations_and_reflectors_that_stay_behind_are_told_alike(paper, plan
     (told,) = symkin.identify(paper, late, frames=["base"]).doubts
     assert told.code == "lags"
     assert told.size == pytest.approx(0.01, rel=0.1)
+
+
+def test_turns_that_the_legs_bind_are_noise_and_no_lag():
+    mechanism = symkin.load_mechanism("3UPU")
+    plan = symkin.plan(mechanism, candidates=300)
+    taken = symkin.simulate(mechanism, plan, 7, actual=disturb(mechanism, seed=7)).measurements
+    found = symkin.identify(mechanism, taken)
+    assert sum(each.what == "lag" for each in change_tests(found)) == 1  # of positions
+    assert not found.doubts
 
 
 def test_backlash_that_is_missed_is_told_with_what_it_does_to_the_robot(paper):

@@ -60,6 +60,7 @@ _TRIM = 2  # rows before the first and after the last step that is looked for
 _RANK = 1e-9  # of the largest singular value
 _SILENT = 1e-6  # of a column: the unknowns explain all of it
 _SMALL_LAG = 0.5  # of the last move
+_CLEAR_MOVES = 10.0  # mean square, in noise, for each row
 _MOST = 0.9  # of what noise does not explain
 _PER_LEG, _GROWS = "one", "all"  # names of covariates that are 1 in every row
 _TURNS = "turn"  # what lags, but for positions
@@ -253,7 +254,9 @@ def terms_of_changes(found: Found, rows: Rows) -> Iterator[Term]:
 def _lags(found: Found, rows: Rows) -> Iterator[tuple[str, Array]]:
     """Of positions, and of orientations, that stay behind by a share of the last move, n x r.
 
-    As if the base had stood so much further back, turned about where the platform is.
+    As if the base had stood so much further back, turned about where the platform is. What is seen
+    of a move has a row's noise, as its residual has, which passes for a lag where moves are small:
+    those of a platform whose turns its legs bind are no matter.
     """
     measured, robot = found.measurements, found.mechanism
     if not (np.isfinite(measured.poses).any() or measured.points is not None):
@@ -271,7 +274,8 @@ def _lags(found: Found, rows: Rows) -> Iterator[tuple[str, Array]]:
         column = np.zeros_like(rows.residual)
         for i, name in enumerate(rows.components):
             column[1:] -= behind[:, [_AXES[name]]] * rows.by_base[1:, :, i]
-        yield of, column
+        if np.square(column).sum() > _CLEAR_MOVES * np.count_nonzero(column) ** 2:
+            yield of, column
 
 
 def _of(motions: Transform, some: slice) -> Transform:
