@@ -272,10 +272,15 @@ def _home_pose(table: _Values, file: _Values, pose_space: str) -> list[float]:
         names = list(units) if len(given) == space.dof else list(free)
         if len(given) != len(names):
             raise WrongValueError(f"home has {len(given)} values; expected {', '.join(names)}")
-        found = {
-            name: evaluate_quantity(each, units[name], direction=units[name] == "rad")
-            for name, each in zip(names, given, strict=True)
-        }
+        found = {}
+        for name, each in zip(names, given, strict=True):
+            try:
+                found[name] = evaluate_quantity(each, units[name], direction=units[name] == "rad")
+            except SymkinError as error:
+                what = (
+                    f"{name} of the workspace's home" if "pose" not in table else f"{name} of pose"
+                )
+                raise WrongValueError(f"{what} ({', '.join(names)}): {error}") from error
         values = [found.get(name, 0.0) for name in units]
     return [float(each) for each in poses_from_bounds(pose_space, values)]
 

@@ -209,6 +209,12 @@ def test_a_number_of_one_leg_may_differ(tmp_path: Path) -> None:
         ('elbow = "60 deg"', 'elbow = "10 deg"', 15, 'others do: q = "150 deg", elbow'),
         ('"elbow: R"', '"elbow: R = -knee"', 10, "follows knee, no joint before it"),
         ('  "R",\n', "", 5, "home, nor any others"),
+        (
+            '["0 m", "0 m", 0]',
+            '["0 m", "0 m", "0 m"]',
+            5,
+            "phi of the workspace's home (x, y, phi)",
+        ),
         ("path = [", "pathes = []\npath = [", 6, 'did you mean "path"'),
     ],
 )
