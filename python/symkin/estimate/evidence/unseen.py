@@ -56,7 +56,8 @@ class _Defect:
 def notes_of_the_unseen(found: Found) -> Iterator[Note]:
     """Say what is hardly missed, if it moves the end effector more than is expected.
 
-    At the poses that were measured, root mean squares of both; of each kind the worst.
+    At the poses that were measured, root mean squares of both, of positions if the platform moves;
+    of each kind the worst.
     """
     try:
         rows = rows_of_changes(found, ())
@@ -65,12 +66,15 @@ def notes_of_the_unseen(found: Found) -> Iterator[Note]:
         # Effects are those where sensors are straight, of their bends too.
         survey, covariance = promising(found, found.mechanism.replace(curvature=None))
         places = found.latent_poses[np.isfinite(found.latent_poses).all(axis=1)]
-        effects = survey.effects(places)[0][:, :3]
+        judged = slice(3) if found.nominal.space.moves else slice(3, 6)
+        effects = survey.effects(places)[0][:, judged]
     except SymkinError:
         return
     if not len(effects):
         return
     expected = float(np.sqrt(((effects @ covariance) * effects).sum(axis=(1, 2)).mean()))
+    if not expected > 0:
+        return
     worst: dict[str, tuple[float, _Defect]] = {}
     for each in (*_of_changes(found, rows), *_of_sag(found, rows)):
         moved = effects[..., : len(found.names)] @ rows.moved(each.size * each.column)
