@@ -169,6 +169,8 @@ def identify(
         nominal = with_sensor_table(symkin.load_mechanism(mechanism), sensor_table)
         nominal = by.on(nominal, estimates=True)
         mapping = columns_of(columns)
+        if mapping is not None:  # what is calibrated reads such tables by itself
+            nominal = nominal.replace(measurement_columns=mapping)
         measured = joined([
             symkin.read_measurements(each, nominal, mapping, ignore=ignore or ())
             for each in measurements

@@ -23,12 +23,14 @@ from symkin.data.columns import (
     has_pose,
     is_present,
     own_columns,
+    pose_column_names,
     read_circumstances,
     read_observed,
     read_partners,
     read_pose_values,
     stated_units,
 )
+from symkin.data.foreign import UNIT, mapping_for
 from symkin.data.joining import joined
 from symkin.data.measurements import ALL_LEGS, Measurements
 from symkin.data.observables import OBSERVABLES, Sizes
@@ -320,6 +322,13 @@ def _columns_for(table: Table, mechanism: Mechanism) -> MeasurementColumns:
             raise table.error(
                 "has readings, and neither poses nor heights; where a probe touched a bed, add a "
                 "column height_mm of zeros"
+            )
+        if mapping := mapping_for(table, mechanism):
+            units = f", with a unit for each {UNIT}," if UNIT in mapping else ""
+            raise table.error(
+                f"has no columns of symkin's names, such as {pose_column_names(space)[0]}; if this "
+                f"is what it holds, put it{units} as a line into a file (--columns FILE, in Python "
+                f"columns=symkin.load_columns(FILE)): {mapping}"
             )
         return own_columns(table, space, legs)  # of which there is none: the error says so
     return columns

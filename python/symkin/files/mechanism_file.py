@@ -184,10 +184,13 @@ def load_columns(path: str | os.PathLike[str]) -> MeasurementColumns:
     source = read_toml(Path(path))
     if not {"chain", *_SECTIONS_OF_LEGS} & set(source.values):
         alone = table({"measurements": MEASUREMENTS}, ("measurements",))
-        return _mapping(read_table(source, alone)["measurements"])
+        return dataclasses.replace(
+            _mapping(read_table(source, alone)["measurements"]), source=Path(path)
+        )
     if "measurements" not in source.values:
         raise source.error(("measurements",), "this mechanism file has no such section")
-    return _mapping(read_table(source, MEASUREMENTS, ("measurements",)))
+    mapping = _mapping(read_table(source, MEASUREMENTS, ("measurements",)))
+    return dataclasses.replace(mapping, source=Path(path))
 
 
 def shipped_mechanisms() -> list[str]:
@@ -601,7 +604,8 @@ def _check_home(source: TomlSource, mechanism: Mechanism) -> None:
 def typed_name(mechanism: Mechanism) -> str:
     """What a command line takes for a mechanism; ``MECHANISM`` if it comes from no file.
 
-    With the options that say what measures it, and how well, where that is not as the file has it.
+    With the options that say what measures it, how well, and in which columns, where that is not as
+    the file has it.
     """
     source = mechanism.source
     if source is None:
@@ -619,4 +623,7 @@ def typed_name(mechanism: Mechanism) -> str:
     for kind, value in mechanism.noise.deviations.items():
         if value != getattr(drawn.noise, kind):
             typed += f" --noise {kind}={value:g}"
+    columns = mechanism.measurement_columns
+    if columns is not None and columns.source and columns != drawn.measurement_columns:
+        typed += f" --columns {shlex.quote(str(columns.source))}"
     return typed

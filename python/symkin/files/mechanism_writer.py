@@ -355,7 +355,9 @@ def _device(device: Device | None) -> _Values:
 
 
 def _given(settings: Frames | MeasurementColumns | None) -> _Values:
-    return {} if settings is None else {k: v for k, v in asdict(settings).items() if v}
+    """What is said, but for the file that says it."""
+    said = {} if settings is None else asdict(settings)
+    return {name: each for name, each in said.items() if each and name != "source"}
 
 
 def _sensor_table(table: SensorTable, unit: str) -> str:

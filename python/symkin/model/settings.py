@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -436,6 +437,8 @@ class MeasurementColumns(_Settings):
         Columns of what else was observed, and of standard deviations: the key is symkin's name with
         the column's unit, such as ``height_mm`` or ``x_sd_mm``, the value the table's. None stands
         for the names that symkin itself writes.
+    source : Path, optional
+        The file that it was read from by itself.
     """
 
     position: tuple[str, ...]
@@ -448,3 +451,4 @@ class MeasurementColumns(_Settings):
     reading_unit: str | None = None
     leg: str | None = None
     names: Mapping[str, str] | None = field(default_factory=dict, hash=False)
+    source: Path | None = field(default=None, compare=False)

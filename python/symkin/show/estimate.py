@@ -174,6 +174,8 @@ def _next_step(found: Estimate) -> str:
         return f"if that is what happened, identify from {CORRECTED}, the table so corrected"
     if found.redrawn is not None:
         return f"if that is so, identify from {REDRAWN}, the drawing so corrected"
+    if _next_command(found) and _asked(found):
+        return "if that is so, identify so"
     if not found.converged:
         return (
             "look for what keeps the estimate from converging: units, frames, signs, the order of "
@@ -189,12 +191,18 @@ def _next_step(found: Estimate) -> str:
     return "let the controller use the calibrated mechanism, and evaluate it on poses measured anew"
 
 
+def _asked(found: Estimate) -> dict[str, Any]:
+    """Options that settle the first doubt."""
+    asked: dict[str, Any] = {}
+    for each in (doubt for first in found.doubts[:1] for doubt in (first, *first.then)):
+        asked |= each.options
+    return asked
+
+
 def _next_command(found: Estimate) -> str:
     """What does the next step; empty where a person must act first."""
-    if found.corrected is not None or found.redrawn is not None:
-        asked: dict[str, Any] = {}
-        for each in (found.doubts[0], *found.doubts[0].then):
-            asked |= each.options
+    asked = _asked(found)
+    if found.corrected is not None or found.redrawn is not None or asked:
         corrected = dataclasses.replace(found.options, **asked).on_command_line()
         source = found.measurements.source
         if corrected is None or (found.corrected is None and source is None):

@@ -752,3 +752,29 @@ def test_symkin_alone_shows_its_commands(symkin: Callable) -> None:
     shown = symkin()
     assert shown.code == 0
     assert all(f"\n  {command} " in shown.out for command in COMMANDS)
+
+
+def test_the_last_line_is_the_command_that_settles_what_is_wrong(
+    symkin: Callable, tmp_path: Path
+) -> None:
+    robot = library.load_mechanism("5bar")
+    taken = library.simulate(robot, library.plan(robot, 12)).measurements
+    turn, (x, y) = 0.3, 1e3 * taken.poses.T
+    values = {
+        "X [mm]": np.cos(turn) * x - np.sin(turn) * y + 80,
+        "Y [mm]": np.sin(turn) * x + np.cos(turn) * y - 20,
+        "q1 [rad]": taken.readings[:, 0],
+        "q2 [rad]": taken.readings[:, 1],
+    }
+    rows = np.column_stack(list(values.values())).tolist()
+    table, columns = tmp_path / "mine.csv", tmp_path / "columns.toml"
+    table.write_text("\n".join([";".join(values), *(";".join(map(str, row)) for row in rows)]))
+    refused = symkin("identify", "5bar", table, "--no-report").err
+    columns.write_text(refused.partition("(FILE)): ")[2])
+    wrong = symkin("identify", "5bar", table, "--columns", columns, "--no-report")
+    (command,) = re.findall(r"Next: if that is so, identify so:\n  symkin (.*)", wrong.out)
+    assert command == f"identify 5bar --columns {columns} {table} --frames base --out corrected"
+    right = symkin(*command.split()[:-1], tmp_path / "corrected", "--no-report")
+    assert (right.code, "nothing speaks against" in right.out) == (0, True)
+    calibrated = tmp_path / "corrected" / "calibrated.toml"
+    assert symkin("evaluate", calibrated, "--measurements", table).code == 0

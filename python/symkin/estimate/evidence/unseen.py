@@ -42,14 +42,14 @@ class _Defect:
     @property
     def words(self) -> str:
         """What it is, with its size."""
-        thousandths = f"{1e3 * self.size:.2g} m{self.unit}"
+        amount = f"{self.size:.2g} {self.unit}"
         shown = "orientations" if self.of else "positions"
         return {
-            "sag": f"a sag of {thousandths} at the outermost pose",
-            "backlash": f"backlash of {thousandths} of {self.of}",
+            "sag": f"a sag of {amount} at the outermost pose",
+            "backlash": f"backlash of {amount} of {self.of}",
             "growth": f"growth of all lengths by {1e6 * self.size:.2g} ppm",
             "lag": f"{shown} that lag by {100 * self.size:.2g} % of the last move",
-            "drift": f"a drift of {thousandths} of {self.of}",
+            "drift": f"a drift of {amount} of {self.of}",
         }[self.what]
 
 

@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: MIT
+"""Which columns of a table with names of its own may hold poses and readings."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from symkin.errors import QuantityError
+from symkin.model.mechanism import Mechanism
+from symkin.storage.quantities import unit_factor
+from symkin.storage.tables import Table
+
+__all__ = ["UNIT", "mapping_for"]
+
+_UNIT = re.compile(r"(.+?)(?:[\s_]+|\s*[\[(]\s*)([^\W\d_]+|°)\s*[\])]?")
+_WORDS = re.compile(r"[^\W\d_]+|\d+")
+UNIT = "?"  # of names without one
+_ANGLES = {"phi", "theta", "yaw", "angle", "rotation", "orientation", "rz"}
+
+
+@dataclass(frozen=True)
+class _Column:
+    """A column by the words of its name: those before the last, the last, and its unit."""
+
+    name: str
+    before: tuple[str, ...]
+    last: str
+    unit: str
+
+    @classmethod
+    def of(cls, name: str) -> _Column | None:
+        """None of a name without words."""
+        stem, unit = name, ""
+        if (found := _UNIT.fullmatch(name)) and any(
+            _is_unit(found[2], si_unit) for si_unit in ("m", "rad")
+        ):
+            stem, unit = found[1], "deg" if found[2] == "°" else found[2]
+        words = tuple(_WORDS.findall(stem.lower()))
+        return cls(name, words[:-1], words[-1], unit) if words else None
+
+
+def mapping_for(table: Table, mechanism: Mechanism) -> str:
+    """Return a line of TOML that says which columns may hold poses and readings, or nothing.
+
+    It is a guess by names, for who knows what the table holds: a position by the last letters x, y
+    and z of names that begin alike, readings by as many names, numbered from 0 or 1, as are read.
+    An orientation in space is told by a quaternion alone, since three angles may be any. A unit
+    that no name says is `UNIT`.
+    """
+    space, count = mechanism.space, mechanism.reading_count
+    columns = [each for name in table.names if (each := _Column.of(name)) is not None]
+    position = _alike(columns, space.position, "m")
+    readings = _numbered([each for each in columns if each not in position], count)
+    if len(position) < space.size or not readings:
+        return ""
+    said = {"position": position, "readings": readings}
+    units = {"position": "m", "readings": mechanism.reading_unit}
+    if space.has_quaternion:
+        said["quaternion"] = _alike(columns, ("x", "y", "z", "w"), "")
+    elif space.has_angle:
+        said["angle"] = [each for each in columns if each.last in _ANGLES and not each.before]
+        units["angle"] = "rad"
+        if len(said["angle"]) != 1:
+            return ""
+    parts = []
+    for key, found in said.items():
+        if not found and (key != "position" or space.size):
+            return ""
+        names = [json.dumps(each.name, ensure_ascii=False) for each in found]
+        if found:
+            parts.append(f"{key} = " + (names[0] if key == "angle" else f"[{', '.join(names)}]"))
+        if found and key in units:
+            unit = found[0].unit
+            if len({each.unit for each in found}) > 1 or (unit and not _is_unit(unit, units[key])):
+                return ""
+            parts.append(f'{_UNIT_KEYS[key]} = "{unit or UNIT}"')
+    return f"measurements = {{ {', '.join(parts)} }}"
+
+
+_UNIT_KEYS = {"position": "position_unit", "readings": "reading_unit", "angle": "orientation_unit"}
+
+
+def _is_unit(unit: str, si_unit: str) -> bool:
+    if not unit or not si_unit:
+        return False
+    try:
+        unit_factor("deg" if unit == "°" else unit, si_unit)
+    except QuantityError:
+        return False
+    return True
+
+
+def _alike(columns: Sequence[_Column], last: Sequence[str], si_unit: str) -> list[_Column]:
+    """Columns that begin alike and end in these, of this unit; none if there are several such."""
+    found = []
+    for before in dict.fromkeys(each.before for each in columns):
+        own = {each.last: each for each in columns if each.before == before}
+        whole = all(name in own for name in last)
+        if whole and ("w" in own) == ("w" in last):
+            found.append([own[name] for name in last])
+    fitting = [each for each in found if each[0].unit == "" or _is_unit(each[0].unit, si_unit)]
+    return fitting[0] if len(fitting) == 1 else []
+
+
+def _numbered(columns: Sequence[_Column], count: int) -> list[_Column]:
+    """So many columns that begin alike and are numbered on; none if there are several such."""
+    found = list(_runs(columns, count))
+    return found[0] if len(found) == 1 else []
+
+
+def _runs(columns: Sequence[_Column], count: int) -> Iterator[list[_Column]]:
+    for before in dict.fromkeys(each.before for each in columns):
+        own = {
+            int(each.last): each
+            for each in columns
+            if each.before == before and each.last.isascii() and each.last.isdigit()
+        }
+        first = min(own, default=-1)
+        if first in (0, 1) and sorted(own) == list(range(first, first + count)):
+            yield [own[number] for number in sorted(own)]
