@@ -243,7 +243,9 @@ def _sensors(stated: Correction) -> Iterator[Correction]:
 
     def of(legs: tuple[int, ...], name: str, robot: Mechanism) -> Correction:
         wide = {f"leg{leg + 1}.{name}": float(widths[name][leg]) for leg in legs}
-        options = _freed(stated.options, name, legs, count)
+        options = stated.options
+        if name == "sensor_gain":  # all zeros that are held wrong are as a turned frame is
+            options = _freed(options, name, legs, count)
         options = dataclasses.replace(options, prior={**given, **wide})
         return stated.of(cause(legs, name), robot, options)._replace(wide=len(legs))
 
