@@ -207,10 +207,11 @@ TEST_P(DeclaredLegs, StandSideBySideAsTheyDoAlone) {
           lanes.read < 0 ? 0 : work.joints[lanes.read],
           Eigen::Map<const Vector>(work.scalars.data(), lanes.scalar_count).transpose();
     }
-    // Of several closures only what they say together has a meaning.
+    // Of several closures only what they say together has a meaning, and their side.
     const Eigen::MatrixXd mine = rows.middleRows(i * leg.closures, leg.closures);
     const double size = own.squaredNorm();
     EXPECT_LT((mine.transpose() * mine - own.transpose() * own).norm(), kAccuracy * size) << i;
+    EXPECT_GT((mine * own.transpose()).determinant(), 0) << i;
     if (leg.closures == 1) {
       EXPECT_GT(mine.row(0).dot(own.row(0)), 0);
     }

@@ -248,7 +248,7 @@ def test_what_the_device_is_taken_to_know_is_noted_until_it_is_declared(robot, m
 def test_what_is_missed_is_told_with_what_it_does_to_the_robot(robot, measured):
     found = symkin.identify(robot, measured)
     (note,) = (each for each in found.notes if each.code == "unseen")
-    assert f"a sag of {1e3 * note.size:.2g} mm at the outermost pose" in str(note)
+    assert f"a sag of {note.size:.2g} m at the outermost pose" in str(note)
     away = np.sum((measured.poses[:, :2] - measured.poses[:, :2].mean(axis=0)) ** 2, axis=1)
     poses = np.array(measured.poses)
     poses[:, 1] -= note.size * away / away.max()

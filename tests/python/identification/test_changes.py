@@ -134,9 +134,9 @@ def test_backlash_that_is_missed_is_told_with_what_it_does_to_the_robot(paper):
     taken = symkin.simulate(paper, own, 1, observe="position").measurements
     found = symkin.identify(paper, taken)
     (note,) = (each for each in found.notes if each.code == "unseen")
-    told = re.search(r"backlash of ([\d.]+) mrad of all legs \(([\d.]+) times\)", str(note))
+    told = re.search(r"backlash of ([\d.]+) rad of all legs \(([\d.]+) times\)", str(note))
     assert note.options["backlash"] is True
-    played = taken.readings + 0.5e-3 * float(told[1]) * last_moves(paper, taken)
+    played = taken.readings + 0.5 * float(told[1]) * last_moves(paper, taken)
     spoiled = symkin.identify(paper, dataclasses.replace(taken, readings=played))
     poses = spoiled.latent_poses
     moved = symkin.evaluate(spoiled.mechanism, actual=found.mechanism, poses=poses)

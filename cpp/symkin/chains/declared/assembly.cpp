@@ -231,7 +231,7 @@ bool Assembly::on_branch() {
 // d/dreading of the first closure, with the sign of the side of the leg's singularity.
 double Assembly::by_first_reading() { return reciprocal().col(0).dot(columns_.col(read_.front())); }
 
-// Of the only reciprocal wrench behind the passive joints' columns.
+// Of the reciprocal wrenches behind the passive joints' columns.
 double Assembly::orientation(const PivotedQr& qr) const {
   if (basis_.size() == passive_.size()) {
     return qr.orientation();
@@ -240,7 +240,7 @@ double Assembly::orientation(const PivotedQr& qr) const {
   for (int i = 0; i < passive_rank_; ++i) {
     square.col(i) = columns_.col(basis_[static_cast<std::size_t>(i)]);
   }
-  square.rightCols<1>() = reciprocal_.col(0);
+  square.rightCols(reciprocal_.cols()) = reciprocal_;
   return square.determinant();
 }
 
@@ -345,11 +345,10 @@ const Columns& Assembly::reciprocal() {
   columns_ = loops_.columns();
   const PivotedQr qr(columns_, passive_, passive_rank_);
   reciprocal_ = qr.complement();
-  if (closures_ == 1) {
-    if (orientation(qr) < 0) {
-      reciprocal_ = -reciprocal_;
-    }
-  } else if (!read_.empty()) {
+  // On one side of the passive columns, so that derivatives of all closures by the pose change the
+  // sign of their determinant where they are singular alone.
+  double side = orientation(qr);
+  if (closures_ > 1 && !read_.empty()) {
     // A reflection carries the work with the reading into the first closure.
     Equations work = reciprocal_.transpose() * columns_.col(read_.front());
     const double size = work.norm();
@@ -359,8 +358,12 @@ const Columns& Assembly::reciprocal() {
       if (square > 0) {
         const Equations along = reciprocal_ * work;
         reciprocal_ -= (2 / square) * along * work.transpose();
+        side = -side;
       }
     }
+  }
+  if (side < 0) {
+    reciprocal_.rightCols<1>() *= -1;
   }
   known_here_ = true;
   return reciprocal_;

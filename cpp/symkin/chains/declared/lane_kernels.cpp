@@ -159,23 +159,17 @@ class LaneAssembly {
     for (int i = 0; i < count; ++i) {
       qr_.complement(i, reciprocal_[i]);
     }
-    if (leg_.read < 0) {
-      return T(0.0);
-    }
-    const T* const of_read = columns_[leg_.read];
-    if (count == 1) {
-      const T sign = qr_.orientation();
-      for (int row = 0; row < leg_.equations; ++row) {
-        reciprocal_[0][row] = sign * reciprocal_[0][row];
-      }
-      return dot(reciprocal_[0], of_read);
+    const T side = qr_.orientation();
+    if (leg_.read < 0 || count == 1) {
+      turn_last(count, side);
+      return leg_.read < 0 ? T(0.0) : dot(reciprocal_[0], columns_[leg_.read]);
     }
     // A reflection carries the work with the reading into the first closure.
     using std::sqrt;
     T work[kMostEquations];
     T square(0.0);
     for (int i = 0; i < count; ++i) {
-      work[i] = dot(reciprocal_[i], of_read);
+      work[i] = dot(reciprocal_[i], columns_[leg_.read]);
       square = square + work[i] * work[i];
     }
     const T size = sqrt(square);
@@ -192,7 +186,14 @@ class LaneAssembly {
         reciprocal_[i][row] = reciprocal_[i][row] - share * along * work[i];
       }
     }
+    turn_last(count, Lanes<T>::select(square > T(0.0), -side, side));
     return size;
+  }
+
+  void turn_last(int count, const T& side) {
+    for (int row = 0; row < leg_.equations; ++row) {
+      reciprocal_[count - 1][row] = side * reciprocal_[count - 1][row];
+    }
   }
 
   void write(const T* wrench, const Rows& rows, double* to, Index stride) {

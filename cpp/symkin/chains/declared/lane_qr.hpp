@@ -58,7 +58,7 @@ class LaneQr {
     }
   }
 
-  // Has the sign of the determinant of the columns, and of the complement where that is one.
+  // The sign of the determinant of the columns and the complement.
   T orientation() const {
     T sign(1.0);
     for (int k = 0; k < rank_; ++k) {

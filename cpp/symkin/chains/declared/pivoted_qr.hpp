@@ -23,8 +23,8 @@ class PivotedQr {
     with_rows([&](auto rows) { factorise<rows>(all, chosen); });
   }
 
-  // Whether the columns, all of which were taken, and the complement, which is a single one, turn
-  // as the axes do: the sign of their determinant in the order in which they were chosen.
+  // Whether the columns, all of which were taken, and the complement turn as the axes do: the sign
+  // of their determinant in the order in which they were chosen.
   double orientation() const {
     double sign = exchanges_even_ ? 1 : -1;
     for (std::size_t k = 0; k < rank_; ++k) {
