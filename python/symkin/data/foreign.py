@@ -18,6 +18,7 @@ __all__ = ["UNIT", "mapping_for"]
 _UNIT = re.compile(r"(.+?)(?:[\s_]+|\s*[\[(]\s*)([^\W\d_]+|°)\s*[\])]?")
 _WORDS = re.compile(r"[^\W\d_]+|\d+")
 UNIT = "?"  # of names without one
+_UNIT_KEYS = {"position": "position_unit", "readings": "reading_unit", "angle": "orientation_unit"}
 _ANGLES = {"phi", "theta", "yaw", "angle", "rotation", "orientation", "rz"}
 
 
@@ -34,10 +35,10 @@ class _Column:
     def of(cls, name: str) -> _Column | None:
         """None of a name without words."""
         stem, unit = name, ""
-        if (found := _UNIT.fullmatch(name)) and any(
-            _is_unit(found[2], si_unit) for si_unit in ("m", "rad")
-        ):
-            stem, unit = found[1], "deg" if found[2] == "°" else found[2]
+        if found := _UNIT.fullmatch(name):
+            written = found[2].replace("°", "deg")
+            if any(_is_unit(written, si_unit) for si_unit in ("m", "rad")):
+                stem, unit = found[1], written
         words = tuple(_WORDS.findall(stem.lower()))
         return cls(name, words[:-1], words[-1], unit) if words else None
 
@@ -65,14 +66,15 @@ def mapping_for(table: Table, mechanism: Mechanism) -> str:
         units["angle"] = "rad"
         if len(said["angle"]) != 1:
             return ""
+    if not space.size:
+        del said["position"]
     parts = []
     for key, found in said.items():
-        if not found and (key != "position" or space.size):
+        if not found:
             return ""
         names = [json.dumps(each.name, ensure_ascii=False) for each in found]
-        if found:
-            parts.append(f"{key} = " + (names[0] if key == "angle" else f"[{', '.join(names)}]"))
-        if found and key in units:
+        parts.append(f"{key} = " + (names[0] if key == "angle" else f"[{', '.join(names)}]"))
+        if key in units:
             unit = found[0].unit
             if len({each.unit for each in found}) > 1 or (unit and not _is_unit(unit, units[key])):
                 return ""
@@ -80,14 +82,11 @@ def mapping_for(table: Table, mechanism: Mechanism) -> str:
     return f"measurements = {{ {', '.join(parts)} }}"
 
 
-_UNIT_KEYS = {"position": "position_unit", "readings": "reading_unit", "angle": "orientation_unit"}
-
-
 def _is_unit(unit: str, si_unit: str) -> bool:
     if not unit or not si_unit:
         return False
     try:
-        unit_factor("deg" if unit == "°" else unit, si_unit)
+        unit_factor(unit, si_unit)
     except QuantityError:
         return False
     return True

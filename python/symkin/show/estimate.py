@@ -111,6 +111,7 @@ def estimate_summary(found: Estimate) -> Page:
     verdict, words = judgement(found)
     if found.trustworthy and found.heights is None:
         words += _known_before(found)
+    command = _next_command(found)
     return Page(
         title=f"{found.nominal.name}: identification from measurements",
         subtitle=chain_subtitle(found.nominal),
@@ -121,8 +122,8 @@ def estimate_summary(found: Estimate) -> Page:
         doubts=tuple(map(str, found.doubts)),
         notes=(*map(str, found.notes), *device_notes(found.nominal)),
         paragraphs=[_done(found), _degrees(found), *_promise(found), *_left_out(found)],
-        next_step=_next_step(found),
-        next_command=_next_command(found),
+        next_step=_next_step(found, command),
+        next_command=command,
         sections=[
             parameter_section(found),
             observation_section(found),
@@ -168,13 +169,13 @@ def _known_before(found: Estimate) -> str:
     )
 
 
-def _next_step(found: Estimate) -> str:
+def _next_step(found: Estimate, command: str) -> str:
     """What to do now: what keeps it from converging, what speaks against it, or where to go."""
     if found.corrected is not None:
         return f"if that is what happened, identify from {CORRECTED}, the table so corrected"
     if found.redrawn is not None:
         return f"if that is so, identify from {REDRAWN}, the drawing so corrected"
-    if _next_command(found) and _asked(found):
+    if command and _asked(found):
         return "if that is so, identify so"
     if not found.converged:
         return (

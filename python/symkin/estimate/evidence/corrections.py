@@ -24,7 +24,7 @@ from symkin.errors import FailedFitError, NotIdentifiableError, SymkinError
 from symkin.estimate.evidence.bodies import AsPoses
 from symkin.estimate.evidence.edits import corrections_of, pairs_of
 from symkin.estimate.evidence.findings import Doubt
-from symkin.estimate.evidence.screen import FIRST, ROUNDS, Screen, ShortList
+from symkin.estimate.evidence.screen import FIRST, Screen, ShortList
 from symkin.estimate.evidence.trial import LITTLE, SECOND, Correction, Statement, per_degree
 from symkin.estimate.evidence.watching import is_watched
 from symkin.estimate.options import EstimateOptions
@@ -304,19 +304,13 @@ def _looked_at(stated: Correction, corrections: Iterable[Correction]) -> ShortLi
 
 
 def _settled(correction: Correction) -> Correction:
-    """As that of a screen, by robust fits."""
-    for _ in range(ROUNDS if correction.again else 0):
-        assert correction.again is not None
-        try:
-            fit = correction.model.problem(correction.measurements, SECOND[1]).fit(loss="cauchy")
-            learnt = correction.mechanism.with_parameters(fit.setup.parameters, symmetry=None)
-            made = correction.again(learnt)
-        except SymkinError:
-            break
-        if made is None or made.measurements == correction.measurements:
-            break
-        correction = made
-    return correction
+    return correction.settled(_learnt)
+
+
+def _learnt(correction: Correction) -> Mechanism:
+    """The robot after a robust fit."""
+    fit = correction.model.problem(correction.measurements, SECOND[1]).fit(loss="cauchy")
+    return correction.mechanism.with_parameters(fit.setup.parameters, symmetry=None)
 
 
 def _looked_through(

@@ -24,7 +24,7 @@ from symkin.model.settings import NoiseSettings
 from symkin.model.tolerances import parameter_tolerances
 from symkin.model.turns import turn_of
 
-__all__ = ["FIRST", "ROUNDS", "Screen", "ShortList"]
+__all__ = ["FIRST", "Screen", "ShortList"]
 
 Array = NDArray[np.float64]
 
@@ -41,7 +41,6 @@ _RIVALS = 3.0  # times that, at most
 _HOPELESS = 1e4  # per reading, after a step
 _LOST = 1e12  # (r/s)^2 of a reading at a pose that the leg cannot take
 _OUT_OF_REACH = 1e3  # of chi-square, after a step
-ROUNDS = 3  # of giving the values of a column to rows by a robot that has learnt from them
 _BEND = 3.0  # prior standard deviations, where a robust step's weights fall to a half
 
 
@@ -148,21 +147,15 @@ class Screen:
 
     def settled(self, correction: Correction) -> Correction:
         """Give values to rows again, where that is the edit, by a robot that learns from them."""
-        for _ in range(ROUNDS if correction.again else 0):
-            assert correction.again is not None
-            robot, taken = correction.mechanism, _Taken.of(correction)
-            if taken is None:
-                break
-            _, parameters = self._stepped(robot, taken, robust=True)
-            try:
-                learnt = robot.with_parameters(parameters, symmetry=None)
-                made = correction.again(learnt)
-            except SymkinError:
-                break
-            if made is None or made.measurements == correction.measurements:
-                break
-            correction = made
-        return correction
+        return correction.settled(self._learnt)
+
+    def _learnt(self, correction: Correction) -> Mechanism | None:
+        """The robot after a robust step; None where there are no rows for one."""
+        robot, taken = correction.mechanism, _Taken.of(correction)
+        if taken is None:
+            return None
+        _, parameters = self._stepped(robot, taken, robust=True)
+        return robot.with_parameters(parameters, symmetry=None)
 
     @cached_property
     def _widths(self) -> Array:

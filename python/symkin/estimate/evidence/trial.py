@@ -38,6 +38,7 @@ _WIDER = 3  # times as many steps for what is further from its start
 _REJECTED = 0.5  # of a pose's weight: below it a loss rejects the pose
 _NEARLY_EXACT = 0.01  # of the noise of positions
 _ASIDE = 0.1  # share of the poses that may remain without explanation, if not one
+_ROUNDS = 3  # of giving the values of a column to rows by a robot that has learnt from them
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -166,6 +167,21 @@ class Correction(NamedTuple):
             self.some(poses).fit(_WIDER * steps if self.wide else steps, whole=False)
         )
         return value if value > _FAR_TOO_GOOD else math.inf
+
+    def settled(self, learn: Callable[[Correction], Mechanism | None]) -> Correction:
+        """Make it again by what a robot learns from it, till that changes nothing."""
+        correction = self
+        for _ in range(_ROUNDS if self.again else 0):
+            assert correction.again is not None
+            try:
+                learnt = learn(correction)
+                made = None if learnt is None else correction.again(learnt)
+            except SymkinError:
+                break
+            if made is None or made.measurements == correction.measurements:
+                break
+            correction = made
+        return correction
 
     def some(self, most: int) -> Correction:
         """With few of the poses, evenly spread, and over the sets of the legs too."""
