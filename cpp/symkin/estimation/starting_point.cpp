@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "symkin/estimation/detail/closed_form_frames.hpp"
-#include "symkin/estimation/detail/latent_problem.hpp"
+#include "symkin/estimation/detail/frames_of_poses.hpp"
 #include "symkin/kinematics/continuation.hpp"
 #include "symkin/kinematics/inverse_kinematics.hpp"
 #include "symkin/support/dense.hpp"
@@ -18,6 +18,7 @@ namespace symkin {
 namespace {
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+constexpr Index kBase = 0, kTarget = 6;  // first of the tangents of both frames
 
 // Poses of the setup's robot along its readings; NaN of one that hangs, which they do not tell.
 RowMatrix continued_poses(const Mechanism& mechanism, const Setup& setup,
@@ -66,7 +67,6 @@ RowMatrix robot_poses(const Mechanism& mechanism, const Setup& setup,
 struct SeenPoses {
   std::vector<SeenPose> pairs;
   std::vector<Index> rows;
-  RowMatrix robot;  // a row each of these
   bool all_turned = true;
 };
 
@@ -96,8 +96,44 @@ SeenPoses seen_poses(const Mechanism& mechanism, const Setup& setup,
         {frame_of_pose(space, robot.row(i).data()), frame_of_pose(space, known.data())});
     found.rows.push_back(i);
   }
-  found.robot = robot(found.rows, kAll);
   return found;
+}
+
+// What is measured of them by its deviations. The robot's poses are exact here, so what was
+// measured of them cannot be.
+std::vector<WeighedPose> weighed_poses(const SeenPoses& seen, const Observed& measured,
+                                       PoseSpace space, double longest) {
+  const Index dimensions = position_size(space);
+  const std::vector<Index>& slots = pose_slots(space);
+  std::vector<WeighedPose> weighed;
+  for (std::size_t i = 0; i < seen.rows.size(); ++i) {
+    const Index row = seen.rows[i];
+    const auto values = measured.values.row(row);
+    const bool turned = values.tail(values.size() - dimensions).allFinite();
+    WeighedPose pose{seen.pairs[i], Eigen::Matrix<double, 6, 6>::Zero()};
+    for (Index k = 0; k < (turned ? degrees_of_freedom(space) : dimensions); ++k) {
+      const double deviation = measured.deviations(row, k);
+      const double loose = k < dimensions ? longest : 1;
+      const Index slot = slots[static_cast<std::size_t>(k)];
+      if (k < dimensions && measured.axes.cols() > 0) {
+        pose.weights.row(slot).head<3>() = measured.axes.row(row).segment<3>(3 * k);
+      } else {
+        pose.weights(slot, slot) = 1;
+      }
+      pose.weights.row(slot) /= deviation == 0 ? loose : deviation;
+    }
+    weighed.push_back(pose);
+  }
+  return weighed;
+}
+
+// How near the target is to where it is taken to be, for tilts that hardly show it to tell.
+double near_place(const std::vector<WeighedPose>& poses, Index dimensions) {
+  double square = 0;
+  for (const WeighedPose& pose : poses) {
+    square += pose.weights.topRows(dimensions).rowwise().squaredNorm().cwiseInverse().mean();
+  }
+  return std::sqrt(square) / static_cast<double>(poses.size()) / kHardlyTilted;
 }
 
 // A start needs no more poses than these, taken all over the measurements.
@@ -152,77 +188,49 @@ Setup with_starting_frames(const Mechanism& mechanism, const Setup& setup,
     used = observations;
     seen = seen_poses(mechanism, setup, used, home);
   }
-  const auto& [pairs, rows, robot, all_turned] = seen;
-  if (pairs.size() < kLeast) {
+  if (seen.pairs.size() < kLeast) {
     throw InvalidInput("the frames need at least " + std::to_string(kLeast) + " poses whose " +
                        (dimensions > 0 ? "position" : "orientation") +
                        " was measured and that can be computed from the readings; there are " +
-                       std::to_string(pairs.size()));
+                       std::to_string(seen.pairs.size()));
   }
 
-  const std::vector<FramePair> starts =
-      closed_form_frames(pairs, {setup.base, setup.target}, {space, all_turned, base, target});
+  const std::vector<FramePair> starts = closed_form_frames(seen.pairs, {setup.base, setup.target},
+                                                           {space, seen.all_turned, base, target});
 
   // Refined with the robot's poses as they are, every start; planar rotations stay planar.
-  Observations alone;
-  const auto count = static_cast<Index>(rows.size());
-  alone.readings.values = RowMatrix::Constant(count, mechanism.leg_count(), kUnknown);
-  alone.readings.deviations = RowMatrix::Zero(count, mechanism.leg_count());
-  alone.poses = used.poses.of(rows);
-  alone.reported = {robot, RowMatrix::Zero(count, mechanism.dof())};
-  // The robot's poses are exact here, so what was measured of them cannot be.
-  const double length = longest_length(mechanism, setup);
-  for (Index k = 0; k < alone.poses.deviations.cols(); ++k) {
-    const double loose = k < dimensions ? length : 1;
-    alone.poses.deviations.col(k) = alone.poses.deviations.col(k).unaryExpr(
-        [loose](double deviation) { return deviation == 0 ? loose : deviation; });
-  }
-  const UnknownList list(setup);
-  Layout layout;
-  layout.column.assign(static_cast<std::size_t>(list.size()), -1);
-  Index columns = 0;
-  for (const bool of_base : {true, false}) {
+  std::vector<Index> free;
+  for (const Index first : {kBase, kTarget}) {
     for (const Index slot : frame_slots(space)) {
-      const Index scalar = (of_base ? list.base() : list.target()) + slot;
-      if (of_base ? base : target) {
-        layout.column[static_cast<std::size_t>(scalar)] = columns++;
+      if (first == kBase ? base : target) {
+        free.push_back(first + slot);
       }
     }
   }
+  const double longest = longest_length(mechanism, setup);
+  const std::vector<WeighedPose> poses = weighed_poses(seen, used.poses, space, longest);
+  Eigen::Matrix<double, 12, 1> every;
+  every << Eigen::Vector3d::Constant(longest), Eigen::Vector3d::Ones(),
+      Eigen::Vector3d::Constant(longest), Eigen::Vector3d::Ones();
+  const Vector sizes = every(free);
   // Loose, for what the poses do not show, such as the turn of a target that is only a point.
-  const Vector sizes = natural_sizes(mechanism, setup);
-  layout.prior.resize(columns);
-  for (Index i = 0; i < sizes.size(); ++i) {
-    const Index column = layout.column[static_cast<std::size_t>(i)];
-    if (column >= 0) {
-      layout.prior[column] = 1e3 * sizes[i];
-    }
+  every *= 1e3;
+  if (base && target && shown_places(seen.pairs).cols() < dimensions) {
+    every.segment(kTarget, dimensions).setConstant(near_place(poses, dimensions));
   }
-  if (base && target && shown_places(pairs).cols() < dimensions) {
-    const auto measured = alone.poses.values.leftCols(dimensions).array().isFinite();
-    const auto deviations = alone.poses.deviations.leftCols(dimensions).array();
-    const double square = measured.select(deviations.square(), 0).sum() /
-                          static_cast<double>(measured.count() * count);
-    const double near = std::sqrt(square) / kHardlyTilted;
-    for (Index axis = 0; axis < dimensions; ++axis) {
-      layout.prior[layout.column[static_cast<std::size_t>(list.target() + axis)]] = near;
-    }
-  }
+  const Vector priors = every(free);
   // The fit goes on from there: last digits of a bad start are not worth waiting for.
   constexpr SolverOptions kBriefly{12};
   Setup best = setup;
   double least = std::numeric_limits<double>::infinity();
   for (const FramePair& start : starts) {
-    Setup trial = setup;
-    trial.base = start.base;
-    trial.target = start.target;
-    LatentProblem problem(mechanism, alone, layout, trial, alone.reported.values,
-                          std::vector<bool>(rows.size(), false));
+    FramesOfPoses problem(poses, start, free, priors, sizes);
     minimise(problem, kBriefly);
     NormalEquations end;
     if (problem.linearise(end) && end.cost < least) {
       least = end.cost;
-      best = problem.setup();
+      best.base = problem.frames().base;
+      best.target = problem.frames().target;
     }
   }
   return best;

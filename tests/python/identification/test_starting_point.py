@@ -150,6 +150,31 @@ def test_frames_are_found_for_any_rotation(
         np.testing.assert_allclose(found.target.rotation, target.rotation, atol=1e-7)
 
 
+@pytest.mark.parametrize("name", sorted(ROBOTS))
+def test_frames_start_by_what_is_measured_well(name):
+    """Of each position a direction of its own, along no coordinate, says nothing."""
+    mechanism, poses, readings = ROBOTS[name]
+    planar = mechanism.pose_space == "planar"
+    base = _core.Frame([0.3, -0.2, 0.0], rotation((0, 0, 1), 2.0))
+    seen = seen_from(mechanism, poses, base, _core.Frame(np.zeros(3), np.eye(3)), True)
+    tilt = rotation((0, 1, 0), 0.0 if planar else 0.4)
+    axes = np.array([rotation((0, 0, 1), i) @ tilt for i in range(len(poses))])
+    size = mechanism.space.size
+    off = np.random.default_rng(0).uniform(-0.05, 0.05, len(poses))
+    seen[:, :size] += off[:, np.newaxis] * axes[:, 0, :size]
+    deviations = np.full((len(poses), mechanism.core.dof), 1e-6)
+    deviations[:, 0] = 10.0
+    measured = _core.Observed(seen, deviations, axes.reshape(len(poses), 9))
+    observations = _core.Observations(
+        observed(readings, 0.0, readings.shape[1]), measured, *(nothing() for _ in range(4))
+    )
+    found = _core.with_starting_frames(
+        mechanism.core, setup_of(mechanism), observations, home_of(mechanism), True, False
+    )
+    np.testing.assert_allclose(found.base.position, base.position, atol=1e-6)
+    np.testing.assert_allclose(found.base.rotation, base.rotation, atol=1e-6)
+
+
 def few_readings(commanded):
     """A hexapod of which four struts were read, and the orientation; 3 cm off where it was sent."""
     robot, poses, _ = ROBOTS["hexapod_jugglebot"]

@@ -34,9 +34,8 @@ Vector shortest_solution(const RowMatrix& rows, const Vector& values) {
 
 // Both positions for the rotations, linear: of the target what the tilts do not show stays as
 // given.
-void place(const std::vector<SeenPose>& pairs, const FramePair& given, bool target,
+void place(const std::vector<SeenPose>& pairs, const FramePair& given, const RowMatrix& shown,
            FramePair& frames) {
-  const RowMatrix shown = target ? shown_places(pairs) : RowMatrix(3, 0);
   const auto count = static_cast<Index>(pairs.size());
   RowMatrix rows(3 * count, 3 + shown.cols());
   Vector values(3 * count);
@@ -54,11 +53,13 @@ void place(const std::vector<SeenPose>& pairs, const FramePair& given, bool targ
 }
 
 // Positions alone: the rotation between two clouds of points (Kabsch) and the lever arm by turns.
-FramePair by_positions(const std::vector<SeenPose>& pairs, const FramePair& given, bool target,
-                       bool planar) {
+FramePair by_positions(const std::vector<SeenPose>& pairs, const FramePair& given,
+                       const RowMatrix& shown, bool target, bool planar) {
   FramePair found = given;
   constexpr int kAlternations = 50;
-  for (int i = 0; i < kAlternations; ++i) {
+  constexpr double kStill = 1e-9;
+  double turned = 1;
+  for (int i = 0; i < kAlternations && turned > kStill; ++i) {
     Eigen::Vector3d mean_robot = Eigen::Vector3d::Zero();
     Eigen::Vector3d mean_seen = Eigen::Vector3d::Zero();
     for (const SeenPose& pair : pairs) {
@@ -73,12 +74,14 @@ FramePair by_positions(const std::vector<SeenPose>& pairs, const FramePair& give
           pair.robot.position + pair.robot.rotation * found.target.position - mean_robot;
       moment += (pair.seen.position - mean_seen) * at.transpose();
     }
+    const Eigen::Matrix3d before = found.base.rotation;
     found.base.rotation = nearest_rotation(moment, planar);
+    turned = (found.base.rotation - before).norm();
     found.base.position = mean_seen - found.base.rotation * mean_robot;
     if (!target) {
       return found;
     }
-    place(pairs, given, true, found);
+    place(pairs, given, shown, found);
   }
   return found;
 }
@@ -129,8 +132,8 @@ FramePair by_lever_arm(const std::vector<SeenPose>& pairs, const FramePair& give
 }
 
 // The target's rotation and both positions for the base's rotation.
-FramePair completed(const std::vector<SeenPose>& pairs, const FramePair& given, FramePair frames,
-                    bool target) {
+FramePair completed(const std::vector<SeenPose>& pairs, const FramePair& given,
+                    const RowMatrix& shown, bool target, FramePair frames) {
   if (target) {
     Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
     for (const SeenPose& pair : pairs) {
@@ -139,7 +142,7 @@ FramePair completed(const std::vector<SeenPose>& pairs, const FramePair& given, 
     }
     frames.target.rotation = nearest_rotation(sum, false);
   }
-  place(pairs, given, target, frames);
+  place(pairs, given, shown, frames);
   return frames;
 }
 
@@ -164,18 +167,22 @@ std::vector<FramePair> closed_form_frames(const std::vector<SeenPose>& pairs,
   std::vector<FramePair> starts{given};
   const bool planar = position_size(asked.space) == 2;
   const bool positions = position_size(asked.space) > 0;
+  const RowMatrix shown = asked.target ? shown_places(pairs) : RowMatrix(3, 0);
+  const auto with_the_rest = [&](const FramePair& frames, bool target) {
+    return completed(pairs, given, shown, target, frames);
+  };
   if (asked.base) {
     if (positions) {
-      starts.push_back(by_positions(pairs, given, asked.target, planar));
+      starts.push_back(by_positions(pairs, given, shown, asked.target, planar));
     }
     if (asked.all_turned) {
-      starts.push_back(completed(pairs, given, starts.back(), asked.target));
+      starts.push_back(with_the_rest(starts.back(), asked.target));
       if (asked.target) {
         if (!planar) {  // all turns about one axis leave it open
-          starts.push_back(completed(pairs, given, by_orientations(pairs, given), true));
+          starts.push_back(with_the_rest(by_orientations(pairs, given), true));
         }
         if (positions) {
-          starts.push_back(completed(pairs, given, by_lever_arm(pairs, given, planar), true));
+          starts.push_back(with_the_rest(by_lever_arm(pairs, given, planar), true));
         }
       } else {
         Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
@@ -185,11 +192,11 @@ std::vector<FramePair> closed_form_frames(const std::vector<SeenPose>& pairs,
         }
         FramePair turned = given;
         turned.base.rotation = nearest_rotation(sum, false);
-        starts.push_back(completed(pairs, given, turned, false));
+        starts.push_back(with_the_rest(turned, false));
       }
     }
   } else if (asked.target && asked.all_turned) {
-    FramePair turned = completed(pairs, given, given, true);
+    FramePair turned = with_the_rest(given, true);
     turned.base = given.base;
     starts.push_back(turned);
   }
