@@ -4,11 +4,13 @@
 #include <algorithm>
 #include <limits>
 #include <numeric>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include "symkin/kinematics/inverse_kinematics.hpp"
 #include "symkin/support/dense.hpp"
+#include "symkin/support/error.hpp"
 
 namespace symkin {
 namespace {
@@ -66,6 +68,12 @@ RowMatrix on_constraint(const Mechanism& mechanism, ConstRows poses) {
   const std::vector<Index> bound = others(mechanism.free_coordinates(), dof);
   if (bound.empty()) {
     return poses;
+  }
+  if (const Index closures = dof - mechanism.mobility();
+      closures != static_cast<Index>(bound.size())) {
+    throw InvalidInput("mechanism \"" + mechanism.name() + "\" has " + std::to_string(closures) +
+                       " equations that bind its platform; expected " +
+                       std::to_string(bound.size()) + ", one for each coordinate that is not free");
   }
   const PoseSpace space = mechanism.pose_space();
   const Vector origin = identity_pose(space);

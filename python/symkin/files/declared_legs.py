@@ -14,7 +14,13 @@ from numpy.typing import NDArray
 from symkin import _core
 from symkin.errors import SymkinError, did_you_mean, one_of
 from symkin.files.declared_forms import box_of, home_values, written_out
-from symkin.files.declared_parts import LegBuilder, rotation_of, stays_in_plane, transform_matrix
+from symkin.files.declared_parts import (
+    LegBuilder,
+    has_several_paths,
+    rotation_of,
+    stays_in_plane,
+    transform_matrix,
+)
 from symkin.model.declared import DeclaredChain, declare, declared_chain
 from symkin.model.poses import (
     POSE_SPACES,
@@ -232,7 +238,18 @@ def declared_leg(
     builder.read_path(table.get("path", []), whole="platform_path" in table or "rods" in table)
     builder.read_platform_path(table.get("platform_path", []))
     rods = table.get("rods", [])
-    closes = table.get("closes", "" if rods else _CLOSES.get(pose_space, "rotation"))
+    several = any(has_several_paths(table.get(key)) for key in ("path", "platform_path"))
+    if several and "closes" in table:
+        raise WrongValueError("of several paths none closes by itself", ("closes",))
+    if several and builder.aimed:
+        raise WrongValueError("has aim, which is for a leg of one path", ("path",))
+    if several and not rods and not table.get("loops"):
+        raise WrongValueError(
+            "are several paths, of which none closes by itself; expected rods or loops, too",
+            ("path",),
+        )
+    of_path = "" if rods or several else _CLOSES.get(pose_space, "rotation")
+    closes = table.get("closes", of_path)
     if builder.ends_in_ball:
         closes = "point"
     if closes:

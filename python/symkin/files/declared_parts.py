@@ -14,7 +14,7 @@ from symkin.errors import SymkinError, did_you_mean
 from symkin.storage.quantities import evaluate_quantity
 from symkin.storage.toml_file import WrongValueError
 
-__all__ = ["LegBuilder", "rotation_of", "stays_in_plane", "transform_matrix"]
+__all__ = ["LegBuilder", "has_several_paths", "rotation_of", "stays_in_plane", "transform_matrix"]
 
 Array = NDArray[np.float64]
 _Values = dict[str, Any]
@@ -59,6 +59,7 @@ _EXPECTED = (
     "brackets where a sensor reads, or a transform { name = ..., x = ... }"
 )
 Step = tuple[str, int]
+_POSE: Step = ("pose", 0)
 _POSE_YAW = -2  # as the core has it
 
 
@@ -100,10 +101,11 @@ class LegBuilder:
         self.transforms: list[str] = []  # their names
         self.loops: list[list[Any]] = []
         self.left_steps: list[Step] = []
-        self.right_steps: list[Step] = [("pose", 0)]
+        self.right_steps: list[Step] = [_POSE]
         self.aimed: list[int] = []
         self.ends_in_ball = False
         self._behind_ball: list[Step] = []
+        self._places: dict[str, list[Step]] = {}  # of transforms and joints: the path up to them
         self._estimated: list[list[str]] = []  # of each transform, which numbers are parameters
         self._exact: list[set[str]] = []
         self._frozen: dict[int, dict[str, float]] = {}
@@ -126,17 +128,53 @@ class LegBuilder:
         return [self.names[index] for index in self.own_joints]
 
     def read_path(self, raw: Any, *, whole: bool) -> None:
-        """The path from base to platform; its last transform is the platform's, unless `whole`."""
+        """The path from base to platform; its last transform is the platform's, unless `whole`.
+
+        Of several, each from the base, none closes by itself: rods and loops go on from them.
+        """
+        if has_several_paths(raw):
+            self._read_several(raw, "path", [], "base")
+            return
         steps = self._steps(raw, "path")
         behind = self._behind_ball
         if not (behind or whole or self.ends_in_ball) and len(steps) > 1:
             behind = [steps[-1]] if steps[-1][0] == "transform" else []
         self.left_steps = [step for step in steps if step not in behind]
         self.right_steps += behind
+        self._remember(self.left_steps)
 
     def read_platform_path(self, raw: Any) -> None:
-        """More of the platform's side, from its frame to the leg's end."""
+        """More of the platform's side, from its frame to the leg's end, or to several."""
+        if has_several_paths(raw):
+            self._read_several(raw, "platform_path", [_POSE], "platform")
+            return
         self.right_steps += self._steps(raw, "platform_path")
+        self._remember(self.right_steps)
+
+    def _read_several(self, raw: list[Any], key: str, start: list[Step], end: str) -> None:
+        for number, each in enumerate(raw):
+            try:
+                steps = [*start, *self._steps(each, key)]
+            except WrongValueError as error:
+                raise WrongValueError(str(error), (key, number, *error.keys[1:])) from error
+            if self.ends_in_ball:
+                raise WrongValueError(
+                    "has a ball joint; expected rods, or loops that close on a point, behind "
+                    "several paths",
+                    (key, number),
+                )
+            self._need_turning(steps, f"{end}_{number + 1}")
+            self._remember(steps)
+
+    def _remember(self, steps: list[Step]) -> None:
+        """Of names in several paths the first counts."""
+        called = {"transform": self.transforms, "joint": self.names}
+        made = {
+            called[kind][index]: steps[: number + 1]
+            for number, (kind, index) in enumerate(steps)
+            if kind != "pose"
+        }
+        self._places = made | self._places
 
     def close(self, compares: str) -> None:
         """Close the path on the platform."""
@@ -150,11 +188,11 @@ class LegBuilder:
         _check_keys(raw, _ROD_KEYS)
         name = _name_of(raw, f"rod_{len(self.loops) + 1}")
         start = self._up_to(raw.get("from", "base"), "from")
+        to_platform = raw.get("to", "platform") == "platform"
+        other = self.right_steps if to_platform else self._up_to(raw["to"], "to")
         at = self._transform({"name": f"{name}_at", **_table(raw, "at")}, "at")
         end = self._transform({"name": f"{name}_end", **_table(raw, "end")}, "end")
-        if raw.get("to", "platform") != "platform":
-            raise WrongValueError("a rod ends at the platform", ("to",))
-        left, right = [*start, ("transform", at)], [*self.right_steps, ("transform", end)]
+        left, right = [*start, ("transform", at)], [*other, ("transform", end)]
         self._need_turning(left, "base")
         self._need_turning(right, "platform")
         if "length" not in raw:
@@ -172,12 +210,12 @@ class LegBuilder:
         self.loops.append([left, right, "distance", index, -1])
 
     def read_loop(self, raw: Any, *, planar: bool) -> None:
-        """A further loop, from a transform or joint of the path to the body that a joint moves."""
+        """A further loop, from a transform or joint of a path to the body that a joint moves."""
         _check_keys(raw, _LOOP_KEYS)
         start = self._up_to(raw.get("from"), "from")
         path = self._steps(raw.get("path", []), "path")
         to_platform = raw.get("to") == "platform" and "platform" not in self.names
-        end = [("pose", 0)] if to_platform else self._up_to(raw.get("to"), "to")
+        end = [_POSE] if to_platform else self._up_to(raw.get("to"), "to")
         closes = raw.get("closes", "point")
         if closes not in ("point", "pose"):
             raise WrongValueError(f"is {closes!r}; expected 'point' or 'pose'", ("closes",))
@@ -187,6 +225,7 @@ class LegBuilder:
         if to_platform:
             self._need_turning(left, "base")
             self._need_turning(right, "platform")
+        self._remember(left)
         self.loops.append([left, right, compares, -1, -1])
 
     def write_turn(self, index: int, slot: str) -> None:
@@ -267,11 +306,9 @@ class LegBuilder:
     def _turning(self) -> set[int]:
         """The transforms with which a leg turns about Z: the first at either end of a loop."""
         found = set()
-        for left, right, *_ in self.loops:
-            if left and left[0][0] == "transform":
-                found.add(left[0][1])
-            if len(right) > 1 and right[0][0] == "pose" and right[1][0] == "transform":
-                found.add(right[1][1])
+        for steps in (steps for loop in self.loops for steps in loop[:2]):
+            first = steps[steps[:1] == [_POSE] :][:1]
+            found |= {index for kind, index in first if kind == "transform"}
         return found
 
     def _is_frame(self, index: int) -> bool:
@@ -283,20 +320,18 @@ class LegBuilder:
     def _ends(self) -> dict[int, str]:
         """On which end each transform stands, if on one."""
         ends: dict[int, str] = {}
-        for left, right, *_ in self.loops:
-            for kind, index in left:
-                if kind == "joint":
+        for steps in (steps for loop in self.loops for steps in loop[:2]):
+            of_platform = steps[:1] == [_POSE]
+            for kind, index in steps:
+                if kind == "joint" and not of_platform:
                     break
-                ends.setdefault(index, "base")
-            of_platform = right and right[0][0] == "pose"
-            for kind, index in right:
-                if kind == "transform" and of_platform:
-                    ends.setdefault(index, "platform")
+                if kind == "transform":
+                    ends.setdefault(index, "platform" if of_platform else "base")
         return ends
 
     def _need_turning(self, steps: list[Step], end: str) -> None:
         """Begin an end with a transform that has an azimuth, in place."""
-        place = 1 if steps and steps[0][0] == "pose" else 0
+        place = 1 if steps[:1] == [_POSE] else 0
         if len(steps) <= place or steps[place][0] != "transform":
             steps.insert(place, ("transform", self._add_transform(end)))
         index = steps[place][1]
@@ -485,17 +520,20 @@ class LegBuilder:
 
     def _up_to(self, name: Any, key: str) -> list[Step]:
         """The path up to a joint or transform, with it; nothing at the base without a path."""
-        called = {"transform": self.transforms, "joint": self.names}
-        places = {called[kind][index]: (kind, index) for kind, index in self.left_steps}
-        if name in places:
-            return self.left_steps[: self.left_steps.index(places[name]) + 1]
+        if isinstance(name, str) and name in self._places:
+            return self._places[name]
         if name == "base":
             return []
         raise WrongValueError(
-            f"is {name!r}; expected a joint or transform of the path"
-            f"{did_you_mean(str(name), list(places))}",
+            f"is {name!r}; expected a joint or transform of a path"
+            f"{did_you_mean(str(name), list(self._places))}",
             (key,),
         )
+
+
+def has_several_paths(raw: Any) -> bool:
+    """Whether a path is a list of paths."""
+    return isinstance(raw, list) and bool(raw) and all(isinstance(each, list) for each in raw)
 
 
 def stays_in_plane(raw: Any) -> bool:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Mechanisms whose legs bind the platform differently, and legs that no sensor reads."""
+"""Mechanisms whose legs bind the platform differently, with several readings or none."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from symkin.present import page_of
 
 Array = NDArray[np.float64]
 FOLDER = Path(__file__).parents[3] / "mechanisms" / "declared"
-NAMES = ("tricept", "2rps_ups")
+NAMES = ("tricept", "2rps_ups", "h4_rods")
 
 
 def turned(axis: int, angle: float) -> Array:
@@ -50,7 +50,7 @@ def end(p: Mapping[str, float], name: str) -> Array:
         float(p.get(f"{name}_{key}", 0.0))
         for key in ("x", "y", "z", "roll", "pitch", "rx", "ry", "rz")
     )
-    drawn = turned(2, p[f"{name}_azimuth"]) @ moved(x, y, z)
+    drawn = turned(2, p.get(f"{name}_azimuth", 0.0)) @ moved(x, y, z)
     return drawn @ turned(1, pitch) @ turned(0, roll) @ by_vector(rx, ry, rz)
 
 
@@ -88,10 +88,30 @@ def rps(p: Mapping[str, float], q: float, pose: Array) -> tuple[list[float], flo
     return missed, float(np.arctan2(ball[0], ball[2]))
 
 
+def half(p: Mapping[str, float], readings: Mapping[str, float], pose: Array) -> list[float]:
+    """What four rods miss at the best turn of their plate, whose cosine and sine stand linearly."""
+    hinge = pose @ end(p, "bar")
+    rows, sizes = [], []
+    for crank in ("front", "side"):
+        body = end(p, crank) @ turned(1, readings[crank])
+        for rod in (f"{crank}_1", f"{crank}_2"):
+            tip = (np.linalg.inv(hinge) @ body @ end(p, f"{rod}_at"))[:3, 3]
+            held = end(p, f"{rod}_end")[:3, 3]
+            rows.append([tip[:2] @ held[:2], tip[1] * held[0] - tip[0] * held[1]])
+            sizes.append((tip @ tip + held @ held - p[f"{rod}_length"] ** 2) / 2 - tip[2] * held[2])
+    turn, *_ = np.linalg.lstsq(np.array(rows), np.array(sizes), rcond=None)
+    return [*(np.array(rows) @ turn - sizes), turn @ turn - 1]
+
+
 def missed(robot: symkin.Mechanism, readings: Array, pose: Array) -> list[float]:
     """What the legs miss of closing, written joint by joint."""
     matrix = pose_matrix(pose)
     legs = [each.parameters for each in robot.legs]
+    if robot.name == "h4_rods":  # its two front cranks, then its side cranks
+        q = [shown(p, reading) for p, reading in zip(legs[:4], readings[:4], strict=True)]
+        cranks = ({"front": q[each], "side": q[each + 2]} for each in (0, 1))
+        halves = zip(legs[:2], cranks, strict=True)
+        return [each for p, read in halves for each in half(p, read, matrix)]
     q = [shown(p, reading) for p, reading in zip(legs, readings, strict=True)]
     if robot.name == "tricept":
         struts = [each for leg in range(3) for each in strut(legs[leg], q[leg], matrix)]
@@ -109,16 +129,20 @@ def robot(request: pytest.FixtureRequest) -> symkin.Mechanism:
 
 @pytest.fixture(scope="module")
 def plan(robot: symkin.Mechanism) -> symkin.Plan:
-    return symkin.plan(robot, 24, candidates=300)
+    return symkin.plan(robot, 40, design="mechanism", candidates=300)
 
 
 def test_closures_without_a_reading_stand_behind_the_readings_as_legs() -> None:
-    tricept, other = (symkin.load_mechanism(FOLDER / f"{name}.toml") for name in NAMES)
+    tricept, other, h4 = (symkin.load_mechanism(FOLDER / f"{name}.toml") for name in NAMES)
     assert tricept.is_read.tolist() == [True] * 3 + [False] * 3
     assert tricept.leg_readings == ((0,), (1,), (2,), (3, 4, 5))
     assert other.is_read.tolist() == [True] * 4 + [False] * 2
     assert other.leg_readings == ((0, 3, 4), (1, 5), (2,))
-    assert [each.core.mobility for each in (tricept, other)] == [3, 4]
+    assert h4.is_read.tolist() == [True] * 4 + [False] * 2
+    assert h4.leg_readings == ((0, 2, 4), (1, 3, 5))
+    # A half shows 33 numbers: those of its legs' geometry, and two sensors.
+    assert len(h4.estimated_names(0)) == len(h4.estimated_names(4)) + 2 == 33 - 2
+    assert [each.core.mobility for each in (tricept, other, h4)] == [3, 4, 4]
     assert [each.free for each in (tricept, other)] == [(2, 3, 4), (0, 2, 3, 4)]
     assert "4 legs with 3 readings, 3 strut + 1 middle without a reading" in str(tricept)
     assert "3 legs with 4 readings, 1 turned.hinge + 1 turned.q + 1 rps.q + 1 ups" in str(other)
@@ -141,7 +165,8 @@ def test_legs_close_loops_that_are_written_independently(robot: symkin.Mechanism
     for pose, row in zip(poses, readings, strict=True):
         np.testing.assert_allclose(missed(made, row, pose), 0.0, atol=1e-12)
     # And nothing but these: beside them some leg does not close.
-    beside = poses + np.array([1e-4, 2e-4, -1e-4, 0, 0, 0, 0])
+    beside = poses + np.array([1e-4, 2e-4, -1e-4, 1e-4, -2e-4, 0, 0])
+    beside[:, 3:] /= np.linalg.norm(beside[:, 3:], axis=1, keepdims=True)
     own = made.inverse_kinematics(beside)
     bound = [made.closure(leg, beside, own[:, leg]) for leg in np.flatnonzero(~made.is_read)]
     assert np.linalg.norm(bound, axis=0).min() > 1e-5
@@ -193,6 +218,23 @@ def test_robots_scatter_as_their_estimates_say(robot: symkin.Mechanism, plan: sy
         symkin.identify(robot, measured, "implicit")
 
 
+def test_nothing_but_closures_without_a_reading_is_refused() -> None:
+    tricept = symkin.load_mechanism(FOLDER / "tricept.toml")
+    with pytest.raises(SymkinError, match=r"6 equations that bind its platform; expected 3"):
+        tricept.replace(legs=[tricept.legs[3]] * 6)
+
+
+def test_rods_are_what_universal_joints_and_points_are() -> None:
+    robot = symkin.load_mechanism(FOLDER / "h4_rods.toml")
+    joints = symkin.load_mechanism(Path(__file__).with_name("h4_joints.toml"))
+    assert joints.leg_readings == robot.leg_readings
+    assert len(joints.estimated_names(0)) == len(robot.estimated_names(0))
+    poses = symkin.sample_workspace(robot, 20, seed=1).poses
+    np.testing.assert_allclose(
+        joints.inverse_kinematics(poses), robot.inverse_kinematics(poses), atol=1e-12
+    )
+
+
 @pytest.mark.parametrize(
     ("name", "old", "new", "says"),
     [
@@ -206,6 +248,10 @@ def test_robots_scatter_as_their_estimates_say(robot: symkin.Mechanism, plan: sy
         ("2rps_ups", '"hinge: [R] y"', '"hinge: R y"', "3 readings and 2 equations that bind"),
         ("tricept", '"tube: P z"', '"tube: [P] z"', "4 readings and 3 equations that bind"),
         ("tricept", '"tube: P z"', '"tube: P z", "P x", "P y", "R z"', "the leg binds nothing"),
+        ("h4_rods", "[symmetry]", 'closes = "point"\n[symmetry]', "of several paths none closes"),
+        ("h4_rods", "rods = [", "loops = []\nrods = []\npose = [", "expected rods or loops, too"),
+        ("h4_rods", '"plate: R z"', '"plat: R z"', 'a path; did you mean "plat"?'),
+        ("h4_rods", '"side_motor: [R] y"', '"side_motor: [R] y", "S"', "has a ball joint"),
     ],
 )
 def test_what_does_not_bind_the_platform_well_is_refused(

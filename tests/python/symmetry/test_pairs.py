@@ -346,6 +346,7 @@ DECLARED = {
     "cables4": (4, 4, "C_2v"),
     "gough_imperfect": (6, 6, "C_3v"),
     "h4": (4, 4, "C_2v"),
+    "h4_rods": (2, 2, "C_s"),
     "orthoglide": (6, 6, "C_3v"),
     "orthoglide_rods": (3, 3, "C_3"),
     "tripteron": (3, 3, "C_3"),

@@ -211,7 +211,7 @@ class DeclaredModel final : public ChainModel {
       joints[read_] = sensor(parameters).active_joint(reading);
     }
     leg.close_around_readings(pose_of(info().pose_space, pose.data()), joints);
-    const auto all = leg.loops().places(info().pose_space == PoseSpace::spherical);
+    const auto all = places(leg);
     const Index size = planar() ? 2 : 3;
     RowMatrix centres(static_cast<Index>(places_.size()), size);
     for (std::size_t i = 0; i < places_.size(); ++i) {
@@ -426,13 +426,18 @@ class DeclaredModel final : public ChainModel {
     }
   }
 
+  std::vector<Eigen::Vector3d> places(const Assembly& leg) const {
+    const int joint = read_ < 0 ? -1 : leg.loops().own()[static_cast<std::size_t>(read_)];
+    return leg.loops().places(info().pose_space == PoseSpace::spherical, joint);
+  }
+
   // Of joints that stand in one place as drawn one is shown.
   void find_places() {
     constexpr double kApart = 1e-9;
     Assembly leg = assembly_;
     Joints joints = leg.home_joints();
     leg.close_around_readings(pose_of(info().pose_space, declaration_->home_pose.data()), joints);
-    const auto all = leg.loops().places(info().pose_space == PoseSpace::spherical);
+    const auto all = places(leg);
     for (std::size_t i = 0; i < all.size(); ++i) {
       if (places_.empty() || (all[i] - all[places_.back()]).norm() > kApart) {
         places_.push_back(i);

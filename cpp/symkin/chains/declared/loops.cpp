@@ -519,10 +519,16 @@ bool Loops::on_this_side_of_half_a_turn() const {
   return true;
 }
 
-std::vector<Vector3d> Loops::places(bool on_sphere) const {
+std::vector<Vector3d> Loops::places(bool on_sphere, int with_joint) const {
   std::vector<Vector3d> all;
-  const Loop& loop = leg_->loops.front();
-  const Walked& walked = walked_.front();
+  const auto has_it = [&](const Loop& loop) {
+    return std::any_of(loop.left.begin(), loop.left.end(), [&](const Step& step) {
+      return step.kind == Step::Kind::joint && step.index == with_joint;
+    });
+  };
+  const auto found = std::find_if(leg_->loops.begin(), leg_->loops.end(), has_it);
+  const Loop& loop = found == leg_->loops.end() ? leg_->loops.front() : *found;
+  const Walked& walked = walked_[static_cast<std::size_t>(&loop - leg_->loops.data())];
   for (std::size_t k = 0; k < loop.left.size(); ++k) {
     if (loop.left[k].kind == Step::Kind::joint) {
       const Frame& frame = walked.left.frames[k];

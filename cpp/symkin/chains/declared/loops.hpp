@@ -73,9 +73,10 @@ class Loops {
   LaneLeg lane_leg(std::vector<LaneTransform>& transforms) const;
   // Whether every rotation that must agree is far from half a turn off, where residuals vanish too.
   bool on_this_side_of_half_a_turn() const;
-  // Where the joints along the left path of the first loop stand, then the end of the right one;
-  // or, of a leg that turns about a centre, where their axes and the end's z leave the unit sphere.
-  std::vector<Eigen::Vector3d> places(bool on_sphere) const;
+  // Where the joints along the left path of the first loop stand, then the end of the right one,
+  // or of the first that has a joint there; of a leg that turns about a centre, where their axes
+  // and the end's z leave the unit sphere.
+  std::vector<Eigen::Vector3d> places(bool on_sphere, int with_joint = -1) const;
 
  private:
   struct Frame {  // before a step

@@ -12,13 +12,15 @@ from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import SymkinError, SymmetryError
-from symkin.model.chains import chain_info, parameter_values
+from symkin.model.chains import ChainInfo, chain_info, parameter_values
 from symkin.model.mechanism import Leg, Mechanism
 from symkin.model.poses import POSE_SPACES
 from symkin.model.settings import DeclaredSymmetry
 from symkin.model.symmetry.naming import element_words
 
-__all__ = ["declared_pairs", "images_about_axis", "orbits_about_axis", "verify_about_axis"]
+__all__ = [
+    "declared_pairs", "filled_up", "images_about_axis", "orbits_about_axis", "verify_about_axis",
+]  # fmt: skip
 
 Vector = NDArray[np.float64]
 Pair = _core.SymmetryPair
@@ -80,6 +82,19 @@ def _about(linear: Vector, centre: Vector) -> Pair:
     return Pair(base, _core.Isometry(linear, np.zeros(3)), False)
 
 
+def filled_up(legs: Sequence[Leg], info: ChainInfo, platform: str) -> _core.Mechanism:
+    """Legs of one chain and copies of the first: no mechanism has fewer legs than freedoms.
+
+    What is compared of it are legs; it need not have a home, as one of nothing but closures
+    without a reading has none.
+    """
+    most = POSE_SPACES[info.pose_space].dof // info.closures
+    every = [*legs, *[legs[0]] * (most - len(legs))]
+    values = [[leg.parameters[name] for name in info.parameter_names] for leg in every]
+    modes = [leg.working_mode for leg in every]
+    return _core.Mechanism("orbit", [info.name] * len(every), platform, np.array(values), modes)
+
+
 def images_about_axis(
     reference: Leg, platform: str, pairs: Mapping[str, Pair], labels: Sequence[str]
 ) -> list[Leg]:
@@ -110,15 +125,10 @@ def _image(leg: Leg, platform: str, pair: Pair) -> Leg:
     values = {name: float(value) for name, value in parameter_values(leg, info, 1).items()}
     whole = dataclasses.replace(leg, parameters=values)
     like = dataclasses.replace(leg, parameters=values | _like(values, pair))
-    # No mechanism has fewer legs than freedoms: the leg, a like one, and copies.
-    count = POSE_SPACES[info.pose_space].dof // info.closures
-    made = Mechanism("orbit", [whole, like, *[whole] * max(count - 2, 0)], platform=platform)
-    found, mode = _core.carried_leg(made.core, 0, pair, 1)
-    named = dict(zip(made.parameter_names, found.tolist(), strict=True))
-    units = dict(zip(made.parameter_names, made.parameter_units(0), strict=True))
+    found, mode = _core.carried_leg(filled_up([whole, like], info, platform), 0, pair, 1)
     own = {
-        name: math.remainder(named[name], 2 * math.pi) if units[name] == "rad" else named[name]
-        for name in values
+        name: math.remainder(value, 2 * math.pi) if info.parameter_units[name] == "rad" else value
+        for name, value in zip(info.parameter_names, found.tolist(), strict=True)
     }
     own = {name: value if abs(value) > _ROUNDING else 0.0 for name, value in own.items()}
     return dataclasses.replace(leg, parameters=own, working_mode=mode)

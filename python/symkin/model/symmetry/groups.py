@@ -18,10 +18,11 @@ from symkin.model.chains import chain_info, parameter_values
 from symkin.model.declared import declared_chain
 from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.model.mechanism import Leg, Mechanism
-from symkin.model.poses import POSE_SPACES, pose_rows
+from symkin.model.poses import pose_rows
 from symkin.model.settings import DeclaredSymmetry
 from symkin.model.symmetry.about_axis import (
     declared_pairs,
+    filled_up,
     images_about_axis,
     orbits_about_axis,
     verify_about_axis,
@@ -415,9 +416,7 @@ def _carrying(
 def _stabiliser(leg: Leg, group: SymmetryGroup, platform: str) -> set[SymmetryElement]:
     """The elements that carry a leg onto itself, working mode and sensor aside."""
     info = chain_info(leg.chain, platform)
-    # No mechanism has one leg alone; so many of the same are compared like one.
-    copies = [leg] * (POSE_SPACES[info.pose_space].dof // info.closures)
-    core = Mechanism("orbit", copies, platform=platform).core
+    core = filled_up([leg], info, platform)
     return {
         element
         for element in group.elements
