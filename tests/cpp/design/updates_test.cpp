@@ -2,25 +2,32 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
+#include <numeric>
 #include <optional>
 
 #include "design/small_problems.hpp"
 #include "symkin/design/detail/candidates.hpp"
 #include "symkin/design/detail/criteria.hpp"
 #include "symkin/design/detail/information.hpp"
+#include "symkin/design/detail/row_columns.hpp"
 #include "symkin/design/detail/row_variances.hpp"
 #include "symkin/support/dense.hpp"
 
 namespace symkin::testing {
 namespace {
 
+using design::CandidateRows;
+using design::RowsInMemory;
 using design::detail::BestPair;
+using design::detail::Candidates;
 using design::detail::ColumnBlocks;
 using design::detail::error_gain;
+using design::detail::Indices;
 using design::detail::Information;
 using design::detail::Leaving;
 using design::detail::leaving_pose;
 using design::detail::Products;
+using design::detail::RowColumns;
 using design::detail::RowVariances;
 using design::detail::Shape;
 using design::detail::variances;
@@ -100,6 +107,7 @@ TEST(Screen, OfEqualCandidatesKeepsThoseOfLowerIndex) {
 struct Known {
   Index rows;
   bool apart;  // each row knows parameters of its own alone, as those of a whole mechanism's legs
+  bool mixed = false;  // by a lower triangular matrix, as noise that legs have in common does it
 };
 
 class Kernel : public ::testing::TestWithParam<Known> {
@@ -122,6 +130,11 @@ class Kernel : public ::testing::TestWithParam<Known> {
       const Index row = i / kParameters % shape.rows;
       const Index column = i % kParameters;
       made.data()[i] *= column * shape.rows / kParameters == row ? 1 : 0;
+    }
+    for (Index first = 0; first + shape.rows <= count && GetParam().mixed; first += shape.rows) {
+      const RowMatrix factors = random_rows(shape.rows, shape.rows, 100 + seed + first);
+      made.middleRows(first, shape.rows) =
+          (factors.triangularView<Eigen::Lower>() * made.middleRows(first, shape.rows)).eval();
     }
     return made;
   }
@@ -169,7 +182,15 @@ TEST_P(Kernel, UpdatedProductsAgreeWithDenseAlgebra) {
 }
 
 TEST_P(Kernel, VariancesOfRowsBoundTheDeterminantsForEachInverse) {
-  RowVariances variances(x, 2);
+  const CandidateRows given{rows, shape.rows};
+  const RowsInMemory source(given);
+  const Candidates candidates(source, {}, 1, 1 << 20U);
+  Indices all(kCandidates);
+  std::iota(all.begin(), all.end(), Index{0});
+  const RowColumns columns(candidates, all);
+  const Index mixing = GetParam().mixed ? shape.rows * (shape.rows - 1) / 2 : 0;
+  EXPECT_EQ(columns.form().width, kParameters * (GetParam().apart ? 1 : shape.rows) + mixing);
+  RowVariances variances(columns, 2);
   Information information(matrix);
   variances.compute(0, inverse_factor(matrix));
   variances.compute(1, inverse_factor(4 * matrix));
@@ -185,6 +206,8 @@ TEST_P(Kernel, VariancesOfRowsBoundTheDeterminantsForEachInverse) {
       const RowMatrix d = candidate(j) * inverses[which] * candidate(j).transpose();
       const double product = (1 + d.diagonal().array()).prod();
       ASSERT_NEAR(variances.bound(which, j), product, 1e-10 * product);
+      const RowMatrix root = columns.times(j, inverse_factor(inverses[which].inverse()));
+      ASSERT_LT((root * root.transpose() - d).norm(), 1e-10 * d.norm());
       double& most = largest[static_cast<std::size_t>(j / design::detail::kGroup)];
       most = std::max(most, product);
     }
@@ -224,7 +247,8 @@ TEST_P(Kernel, TheBestExchangeIsThatOfLargestDeterminantAndNotOfAHiddenCandidate
 
 INSTANTIATE_TEST_SUITE_P(Updates, Kernel,
                          ::testing::Values(Known{1, false}, Known{2, false}, Known{3, false},
-                                           Known{2, true}, Known{3, true}));
+                                           Known{2, true}, Known{3, true}, Known{2, true, true},
+                                           Known{3, true, true}));
 
 }  // namespace
 }  // namespace symkin::testing

@@ -34,7 +34,7 @@ class ActiveCalibration {
   // After each pass; whether there is anything left to do.
   bool step() {
     if (growing_) {
-      growing_ = size_of(chosen_) < problem_.free_count && add_best() &&
+      growing_ = size_of(chosen_) < problem_.free_count && regular_ && add_best() &&
                  size_of(chosen_) < problem_.free_count;
       if (!growing_) {
         rebuild(0);
@@ -42,8 +42,7 @@ class ActiveCalibration {
       return true;
     }
     // Rounding could let equal poses change places for ever; no real run comes near the limit.
-    return steps_++ < 100 * problem_.free_count && information_.positive_definite() && add_best() &&
-           drop_worst() != added_;
+    return steps_++ < 100 * problem_.free_count && regular_ && add_best() && drop_worst() != added_;
   }
 
   Indices chosen() const {
@@ -74,23 +73,32 @@ class ActiveCalibration {
   void rebuild(double ridge) {
     information_.reset(problem_.whitened_information(named(chosen_, available_)) +
                        ridge * problem_.identity());
-    const RowMatrix factor = inverse_factor(information_.matrix());
-    if (factor.size() != 0) {
-      variances_.compute(which_, problem_.own_transform(factor));
+    refactor();
+    if (regular_) {
+      variances_.compute(which_, factor_);
     }
   }
 
-  RowMatrix whitened(Index j) const { return problem_.whitened_rows({at(available_, j)}); }
+  // T, for the candidates' own rows, with the inverse information T^T T.
+  void refactor() {
+    const RowMatrix factor = inverse_factor(information_.matrix());
+    regular_ = information_.positive_definite() && factor.size() != 0;
+    if (regular_) {
+      factor_ = problem_.own_transform(factor);
+    }
+  }
 
   // det(I + sign D_jj), by which det M changes with the candidate.
   double ratio(Index j, double sign) const {
-    const RowMatrix rows = whitened(j);
+    const RowMatrix root = variances_.candidates().times(j, factor_);
     return determinant(RowMatrix::Identity(shape_.rows, shape_.rows) +
-                       sign * product(product(rows, information_.inverse()), rows.transpose()));
+                       sign * root.lazyProduct(root.transpose()));
   }
 
   void change(Index j, double weight) {
-    InverseChange change = information_.add(whitened(j).data(), shape_.rows, weight);
+    const RowMatrix rows = problem_.whitened_rows({at(available_, j)});
+    InverseChange change = information_.add(rows.data(), shape_.rows, weight);
+    refactor();
     change.u *= problem_.whitening.transform;  // for the candidates' own rows
     variances_.update(which_, std::move(change));
   }
@@ -148,6 +156,8 @@ class ActiveCalibration {
   RowVariances& variances_;
   Index which_;
   Information information_;
+  RowMatrix factor_;
+  bool regular_ = false;
   Indices chosen_;
   Index added_ = -1;
   bool growing_ = true;
@@ -158,7 +168,7 @@ class ActiveCalibration {
 
 Selection select_sun_hollerbach(const Problem& problem) {
   const Indices available = problem.available();
-  const ColumnBlocks rows = problem.candidates.columns(available);
+  const RowColumns rows(problem.candidates, available);
   // So many starts side by side that what is kept for them stays small beside the rows.
   const Index together = std::clamp<Index>(problem.parameters() / 4, 1, problem.options.restarts);
   RowVariances variances(rows, together);

@@ -81,15 +81,6 @@ struct Span {
   Index first, end;
 
   Index size() const { return end - first; }
-
-  // So far that it holds those of a row of `size` columns.
-  void widen(const double* row, Index size) {
-    first = std::find_if(row, row + first, [](double value) { return value != 0; }) - row;
-    while (size > end && row[size - 1] == 0) {
-      --size;
-    }
-    end = std::max(end, size);
-  }
 };
 
 // Zeroed doubles that start at a cache line: wide loads across two take twice as long.
@@ -121,10 +112,7 @@ class ColumnBlocks {
  public:
   ColumnBlocks() = default;
   ColumnBlocks(Index count, Shape shape)
-      : count_(count),
-        shape_(shape),
-        data_(blocks() * shape.width() * kBlock),
-        spans_(static_cast<std::size_t>(shape.rows), {shape.parameters, 0}) {}
+      : count_(count), shape_(shape), data_(blocks() * shape.width() * kBlock) {}
   // Of candidates with so many rows each, one below the other.
   ColumnBlocks(const RowMatrix& rows, Index rows_per_pose)
       : ColumnBlocks(rows.rows() / rows_per_pose, {rows_per_pose, rows.cols()}) {
@@ -136,8 +124,6 @@ class ColumnBlocks {
   Index count() const { return count_; }
   Index blocks() const { return (count_ + kBlock - 1) / kBlock; }
   Shape shape() const { return shape_; }
-  // Of each of a candidate's rows, over all candidates that were put here.
-  const std::vector<Span>& spans() const { return spans_; }
 
   double* block(Index b) { return data_.data() + b * shape_.width() * kBlock; }
   const double* block(Index b) const { return data_.data() + b * shape_.width() * kBlock; }
@@ -146,9 +132,6 @@ class ColumnBlocks {
     double* lane = block(candidate / kBlock) + lane_of(candidate % kBlock, shape_.width());
     for (Index c = 0; c < shape_.width(); ++c) {
       lane[c * kGroup] = values[c];
-    }
-    for (Index row = 0; row < shape_.rows; ++row) {
-      at(spans_, row).widen(values + row * shape_.parameters, shape_.parameters);
     }
   }
   void get(Index candidate, double* values) const {
@@ -175,7 +158,6 @@ class ColumnBlocks {
   Index count_ = 0;
   Shape shape_;
   AlignedArray data_;
-  std::vector<Span> spans_;
 };
 
 // The columns of one of a candidate's rows in a group, for Eigen: kGroup x parameters.

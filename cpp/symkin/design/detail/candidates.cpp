@@ -124,16 +124,6 @@ RowMatrix Candidates::rows(const Indices& candidates) const {
   return result;
 }
 
-ColumnBlocks Candidates::columns(const Indices& candidates) const {
-  ColumnBlocks result(size_of(candidates), shape());
-  std::vector<double> values(static_cast<std::size_t>(shape().width()));
-  for (Index i = 0; i < result.count(); ++i) {
-    read(at(candidates, i), values.data());
-    result.put(i, values.data());
-  }
-  return result;
-}
-
 RowMatrix Candidates::information() const {
   const Index p = shape().parameters;
   std::vector<RowMatrix> sums(static_cast<std::size_t>(chunks()), RowMatrix::Zero(p, p));

@@ -26,10 +26,10 @@ class Candidates {
 
   // The rows of one candidate, excluded or not: rows_per_pose x parameters.
   RowMatrix rows(Index candidate) const { return rows(Indices{candidate}); }
+  void read(Index candidate, double* rows) const;
 
-  // The rows of some candidates, one below the other and in columns.
+  // The rows of some candidates, one below the other.
   RowMatrix rows(const Indices& candidates) const;
-  ColumnBlocks columns(const Indices& candidates) const;
 
   // task(chunk, first candidate, columns) for every stride-th block of each chunk of blocks, one
   // after the other. The division into chunks is the same on any number of threads.
@@ -43,7 +43,6 @@ class Candidates {
 
  private:
   Index first_block(Index chunk) const { return blocks() * chunk / chunks(); }
-  void read(Index candidate, double* rows) const;
   void load(Index block, std::vector<double>& rows, double* columns) const;
   [[noreturn]] void refuse_infinite() const;
 

@@ -187,43 +187,73 @@ struct Wide {
     }
   }
 
-  // kMany vectors at once, of one row of a group.
+  // kMany vectors at once, of the rows of a group.
   template <Index kMany>
-  SYMKIN_INLINE void add_squares_of_row(const double* x, const double* u, Index stride, Index size,
-                                        const double* scale, double* to) {
+  SYMKIN_INLINE void add_squares_of_rows(const double* x, const RowForm& form, const double* u,
+                                         Index stride, Span span, const double* scale, double* to) {
+    Lanes v[kMaxRows][kMany][kStrip];  // of G
     for (Index part = 0; part < kParts; part += kStrip) {
-      Lanes v[kMany * kStrip];
-      combine_many<kMany, kStrip, kStrip>(x + part * kLanes, u, stride, size, v);
-      for (Index k = 0; k < kStrip; ++k) {
-        Lanes sum = load(to)[part + k];
-        for (Index i = 0; i < kMany; ++i) {
-          sum += (scale == nullptr ? 1 : scale[i]) * (v[i * kStrip + k] * v[i * kStrip + k]);
+      const double* from = x + part * kLanes;
+      const double* factors = x + part * kLanes + form.factors * kGroup;
+      Index touched = form.rows;  // the first row of G for which there is anything
+      for (Index row = 0; row < form.rows; ++row) {
+        const Span own = form.spans[row];
+        const Index first = std::max(span.first, own.first);
+        const Index end = std::min(span.end, own.end);
+        touched = first < end ? std::min(touched, row) : touched;
+        Lanes sums[kMany][kStrip] = {};
+        for (Index c = first; c < end; ++c) {
+          for (Index strip = 0; strip < kStrip; ++strip) {
+            const Lanes column = load(from + (c - own.first) * kGroup)[strip];
+            for (Index k = 0; k < kMany; ++k) {
+              sums[k][strip] += u[k * stride + c] * column;
+            }
+          }
         }
-        store(to)[part + k] = sum;
+        from += own.size() * kGroup;
+        if (touched > row) {
+          continue;
+        }
+        if (form.mixed) {
+          for (Index k = 0; k < kMany; ++k) {
+            for (Index strip = 0; strip < kStrip; ++strip) {
+              v[row][k][strip] = sums[k][strip];
+            }
+          }
+          const double* of_row = factors + row * (row - 1) / 2 * kGroup;
+          for (Index other = touched; other < row; ++other) {
+            for (Index strip = 0; strip < kStrip; ++strip) {
+              const Lanes factor = load(of_row + other * kGroup)[strip];
+              for (Index k = 0; k < kMany; ++k) {
+                sums[k][strip] += factor * v[other][k][strip];
+              }
+            }
+          }
+        }
+        for (Index strip = 0; strip < kStrip; ++strip) {
+          Lanes sum = load(to + row * kBlock)[part + strip];
+          for (Index k = 0; k < kMany; ++k) {
+            sum += (scale == nullptr ? 1 : scale[k]) * (sums[k][strip] * sums[k][strip]);
+          }
+          store(to + row * kBlock)[part + strip] = sum;
+        }
       }
     }
   }
 
-  static void add_row_squares(const double* x, Shape shape, const Span* spans,
-                              const Squares& squares, double* of_rows) {
+  static void add_row_squares(const double* x, const RowForm& form, const Squares& squares,
+                              double* of_rows) {
     for (Index k = 0, count = 1; k < squares.count; k += count) {
       Span span = span_of(squares, k);
       count = together(squares, k, span) ? kTogether : 1;
+      const double* u = squares.u + k * squares.size;
       const double* scale = squares.scale == nullptr ? nullptr : squares.scale + k;
-      for (Index row = 0; row < shape.rows; ++row) {
-        const Index first = std::max(span.first, spans[row].first);
-        const Index size = std::min(span.end, spans[row].end) - first;
-        const double* u = squares.u + k * squares.size + first;
-        const double* from = x + (row * shape.parameters + first) * kGroup;
-        double* to = of_rows + row * kBlock;
-        for (Index lane = 0; size > 0 && lane < kBlock; lane += kGroup) {
-          if (count == 1) {
-            add_squares_of_row<1>(from + lane * shape.width(), u, squares.size, size, scale,
-                                  to + lane);
-          } else {
-            add_squares_of_row<kTogether>(from + lane * shape.width(), u, squares.size, size, scale,
-                                          to + lane);
-          }
+      for (Index lane = 0; lane < kBlock; lane += kGroup) {
+        const double* group = x + lane * form.width;
+        if (count == 1) {
+          add_squares_of_rows<1>(group, form, u, squares.size, span, scale, of_rows + lane);
+        } else {
+          add_squares_of_rows<kTogether>(group, form, u, squares.size, span, scale, of_rows + lane);
         }
       }
     }

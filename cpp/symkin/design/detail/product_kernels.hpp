@@ -22,6 +22,17 @@ struct Squares {
   const double* scale;  // of each; 1 if null
 };
 
+// Rows C of a candidate as the values of each row in its span, one row after the other. Where they
+// are mixed these are rows of G with C = W G, and then come the factors of W below its diagonal of
+// ones, by rows: `width` values in all.
+struct RowForm {
+  const Span* spans;
+  Index rows;
+  Index factors;  // values before them
+  Index width;
+  bool mixed;
+};
+
 // The loops over candidates, in which pose selection spends its time, for one kind of processor;
 // see cmake/SymkinKernels.cmake.
 struct ProductKernels {
@@ -33,8 +44,8 @@ struct ProductKernels {
   void (*add_squares)(const double* x, Shape shape, const Squares& squares, double* gram,
                       double* trace);
 
-  // The diagonal of D alone, of_rows[row * kBlock + candidate], of rows with values in their spans.
-  void (*add_row_squares)(const double* x, Shape shape, const Span* spans, const Squares& squares,
+  // The diagonal of D alone, of_rows[row * kBlock + candidate].
+  void (*add_row_squares)(const double* x, const RowForm& form, const Squares& squares,
                           double* of_rows);
 
   // The largest product of 1 + d over a candidate's rows, in each group of a block.

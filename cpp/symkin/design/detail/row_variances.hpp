@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "symkin/design/detail/information.hpp"
+#include "symkin/design/detail/row_columns.hpp"
 
 namespace symkin::design::detail {
 
@@ -12,7 +13,9 @@ namespace symkin::design::detail {
 // for all of them.
 class RowVariances {
  public:
-  RowVariances(const ColumnBlocks& candidates, Index inverses);  // the candidates must outlive it
+  RowVariances(const RowColumns& candidates, Index inverses);  // the candidates must outlive it
+
+  const RowColumns& candidates() const { return x_; }
 
   void compute(Index which, RowMatrix factor);  // A = T^T T, T lower triangular
   void update(Index which, InverseChange change);
@@ -33,7 +36,7 @@ class RowVariances {
 
   void pass(State& state, Index block) const;
 
-  const ColumnBlocks& x_;
+  const RowColumns& x_;
   std::vector<State> states_;
 };
 
