@@ -137,9 +137,16 @@ void Mechanism::check_bound() const {
   const std::string what = "mechanism \"" + name_ + "\" has " + number(reading_count()) +
                            " readings and " + number(dof() - mobility()) +
                            " equations that bind its platform";
-  if (reading_count() != mobility()) {
-    throw InvalidInput(what + "; expected " + number(dof()) +
-                       " together, the platform's coordinates");
+  if (reading_count() > mobility()) {
+    throw InvalidInput(what + ", so that it does not assemble with any error; expected " +
+                       number(dof()) + " together, the platform's coordinates: fewer joints that " +
+                       "are read, more that turn or slide freely, or a platform that moves as it " +
+                       "is meant to, such as \"translating\"");
+  }
+  if (reading_count() < mobility()) {
+    throw InvalidInput(
+        what + ", which leave it free; expected " + number(dof()) +
+        " together, the platform's coordinates: more joints that are read, or fewer");
   }
   if (const auto free = static_cast<Index>(free_coordinates().size()); free != mobility()) {
     throw InvalidInput(what + ", which leave it " + number(mobility()) +

@@ -222,6 +222,8 @@ class CheckResult(Result):
             return f"The file says that the legs are alike, but {_difference(self.comparison)}."
         first = {readings[0] for readings in self.mechanism.leg_readings}
         orbits, count = [orbit for orbit in self.orbits if orbit[0] in first], len(first)
+        if count == 1:
+            return "All of it is one leg: poses are chosen for the whole."
         if len(orbits) == 1:
             sensors = sorted({each.parameter for each in self.comparison.sensor_deviations})
             but = f" but for {' and '.join(sensors)}" if sensors else ""
