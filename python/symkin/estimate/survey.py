@@ -444,12 +444,14 @@ class Survey(Value):
         """
         known = np.flatnonzero(np.isfinite(self.priors))
         rows = self.layout.prior_rows
-        rows = rows[(rows != 0)[:, np.setdiff1d(np.arange(rows.shape[1]), known)].sum(axis=1) == 0]
+        rows = rows[(rows != 0)[:, np.delete(np.arange(rows.shape[1]), known)].sum(axis=1) == 0]
         # A root of their covariance before; without relations the priors' deviations.
         units = np.linalg.inv(np.linalg.cholesky(rows[:, known].T @ rows[:, known])).T
         back = np.linalg.inv(units)
         shares, vectors = np.linalg.eigh(back @ covariance[np.ix_(known, known)] @ back.T)
         kept = shares > SILENT**2
+        if not kept.any():
+            return HeldByPriors((), 0.0, 0.0)
         # What goes with each of these, which are independent of the other combinations.
         moves = covariance[:, known] @ back.T @ vectors[:, kept] / np.sqrt(shares[kept])
         apart = max(conflict_factor - noise_factor, 0.0)

@@ -479,7 +479,7 @@ class Layout(Value):
 
     def without(self, columns: Iterable[int]) -> Layout:
         """Return it with the scalars of some columns held."""
-        kept = np.setdiff1d(np.arange(len(self.names)), list(columns))
+        kept = np.delete(np.arange(len(self.names)), list(columns))
         renumbered = np.full(len(self.names) + 1, -1, dtype=np.intp)
         renumbered[kept] = np.arange(len(kept))
         return replace(

@@ -6,7 +6,13 @@ import pytest
 from typer.testing import CliRunner
 
 import symkin
-from symkin.analysis.promises import anywhere, parameter_effects, promised, sampled_bound
+from symkin.analysis.promises import (
+    _inverses,
+    anywhere,
+    parameter_effects,
+    promised,
+    sampled_bound,
+)
 from symkin.cli import app
 from symkin.cli.options import share_of
 from symkin.errors import SymkinError
@@ -306,3 +312,16 @@ def test_a_bow_is_promised_of_a_bed_that_is_probed_alone(paper):
     plan = symkin.make_plan(paper, poses, 24)
     with pytest.raises(SymkinError, match="no height was observed"):
         symkin.predict_accuracy(paper, plan, poses, assume={"bed": "1 mm"})
+
+
+def test_matrices_that_are_singular_exactly_or_almost_are_not_inverted():
+    sound = np.random.default_rng(2).normal(size=(5, 3, 3))
+    almost, wholly = sound[0].copy(), sound[1].copy()
+    almost[2] = almost[0] + 1e-13 * almost[1]
+    wholly[2] = 0.0
+    given = np.concatenate([sound, [almost], np.full((1, 3, 3), np.nan)])
+    some = np.isfinite(given).all(axis=(1, 2))
+    for matrices, reached in ((given, some), (np.append(given, [wholly], axis=0), [*some, True])):
+        good, inverse = _inverses(matrices, np.array(reached))
+        assert good.tolist() == [True] * 5 + [False] * (len(matrices) - 5)
+        assert inverse == pytest.approx(np.linalg.inv(sound), rel=1e-9)

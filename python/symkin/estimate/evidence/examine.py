@@ -151,7 +151,7 @@ def _without_copies(
     copied, size = list(copies(found)), list(doubts_of_size(found))
     if not copied:
         return _noticed(found, size, alternatives, model)
-    once = np.setdiff1d(np.arange(len(found.measurements.poses)), copied_rows(found))
+    once = np.delete(np.arange(len(found.measurements.poses)), copied_rows(found))
     try:
         taken = found.measurements.subset(once)
         rest = (by_leg if found.legs else together)(found.nominal, taken, found.options)

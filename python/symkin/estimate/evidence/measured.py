@@ -78,7 +78,8 @@ def taken_from(found: Found) -> Taken:
     if found.legs:
         used = np.zeros(measurements.readings.shape, dtype=bool)
         for leg, fit in enumerate(found.legs):
-            used[np.setdiff1d(fit.rows, fit.rejected), leg] = True
+            used[fit.rows, leg] = True
+            used[fit.rejected, leg] = False
         poses = measurements.poses
     else:
         used, poses = np.isfinite(found.reading_errors), found.latent_poses
