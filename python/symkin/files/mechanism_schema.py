@@ -589,7 +589,9 @@ def _declared_schema(pose_space: str, platform: Platform, like: str) -> Schema:
         box |= {"tilt": _NUMBER}
     noise = known["noise"]["properties"]
     reading = {"anyOf": [noise["reading"], {"type": "object"}]}
-    steps = {"type": "array", "items": {"type": ["string", "object"]}}
+    step = {"type": ["string", "object"]}
+    path = {"type": "array", "items": step}
+    steps = {"anyOf": [path, {"type": "array", "items": path}]}
     tables = {"type": "array", "items": {"type": "object"}}
     chain = {
         "path": steps,
