@@ -15,7 +15,7 @@ import symkin
 from symkin.analysis.checks import check_mechanism
 from symkin.analysis.conditions import check_conditions
 from symkin.analysis.workspace.study import study_workspace
-from symkin.model.settings import IdentificationSettings, WorkspaceSettings
+from symkin.model.settings import IdentificationSettings, NoiseSettings, WorkspaceSettings
 from symkin.model.symmetry import SymmetryGroup, compare_symmetry, detect_symmetry, map_poses
 from symkin.planning.simulation import disturb
 from symkin.values import Value
@@ -225,6 +225,10 @@ def test_the_recommended_design_is_what_plan_takes_by_itself(paper):
         symkin.load_mechanism("linear_delta").with_device("bed probe"),
         symkin.load_mechanism("3RRR").replace(
             identification=IdentificationSettings(prior="tolerances")
+        ),
+        symkin.load_mechanism("3RRR_encoders"),  # two readings of a leg
+        symkin.load_mechanism("3RRR").replace(
+            noise=NoiseSettings(position=1e-4, orientation=1e-4, per_metre=1e-4)
         ),
     ],
 )

@@ -248,9 +248,10 @@ class CheckResult(Result):
     @property
     def design(self) -> Literal["legs", "mechanism"]:
         """The design of `make_plan` that is its default for this file."""
-        asked, device = self.mechanism.identification, self.mechanism.device
-        usual = device is None and (asked is None or not asked.unusual)
-        return "legs" if usual else "mechanism"
+        mechanism, asked = self.mechanism, self.mechanism.identification
+        usual = mechanism.device is None and (asked is None or not asked.unusual)
+        apart = not (mechanism.ties or mechanism.noise.varies)
+        return "legs" if usual and apart else "mechanism"
 
     @property
     def shortest_design(self) -> Literal["legs", "orbits", "mechanism"]:

@@ -126,8 +126,8 @@ def _done(result: ProtocolResult) -> str:
         f"{given(tolerances.angle, 'rad')}, gains {setting(100 * tolerances.gain, '%')}). "
         f"From {plural(len(result.candidates.poses), 'candidate pose')}, "
         f"{count(int((~result.plan.spare).sum()))} were chosen and measured with a noise of "
-        f"{noise}; from these the {int(nominal.has_parameter.sum())} parameters of its "
-        f"{plural(len(nominal.legs), 'leg')} were identified with the estimator "
+        f"{noise}; from these the {count(len(result.identification.names))} parameters of its "
+        f"{plural(len(nominal.leg_readings), 'leg')} were identified with the estimator "
         f"{quoted(result.identification.estimator)}."
     )
 
