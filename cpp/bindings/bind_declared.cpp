@@ -120,13 +120,14 @@ void bind_declared(py::module_& module) {
            py::arg("home_joints"), py::arg("free"), py::arg("recognise"), py::arg("closure"));
   module.def(
       "binding_closures",
-      [](const Declaration& declaration) {
+      [](const Declaration& declaration, bool passive) {
         return symkin::declared::binding_closures(
             declaration.leg,
             {symkin::declared::pose_of(declaration.pose_space, declaration.home_pose.data()),
-             declaration.home_joints});
+             declaration.home_joints},
+            passive);
       },
-      py::arg("declaration"));
+      py::arg("declaration"), py::arg("passive") = false);
   module.def(
       "joints_at_home",
       [](const Declaration& declaration, const std::vector<bool>& known) {

@@ -148,8 +148,12 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
       std::min_element(names.begin(), names.end(), [&](const auto& a, const auto& b) {
         return edit_distance(chain, a) < edit_distance(chain, b);
       });
-  throw InvalidInput("unknown chain " + quoted + "; the nearest known one is \"" + *nearest +
-                     "\" (joints from base to platform, the actuated one in brackets)");
+  const bool like = edit_distance(chain, *nearest) < chain.size();
+  throw InvalidInput("unknown chain " + quoted +
+                     (like ? "; the nearest known one is \"" + *nearest + "\" (" : "; expected ") +
+                     "joints from base to platform, the actuated one in brackets" +
+                     (like ? ")" : ", such as \"" + *nearest + "\"") +
+                     "; any other leg is declared joint by joint, in [chains.NAME]");
 }
 
 }  // namespace

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin.errors import SymkinError, did_you_mean
+from symkin.files.declared_parts import has_several_paths
 from symkin.model.poses import PoseSpace, roll_pitch_yaw, rotations_from_vectors
 from symkin.storage.quantities import evaluate_quantity
 from symkin.storage.toml_file import TomlSource, WrongValueError
@@ -25,7 +26,7 @@ __all__ = ["DYAD_KEYS", "box_of", "home_values", "written_out"]
 
 Array = NDArray[np.float64]
 _Values = dict[str, Any]
-_DYAD = re.compile(r"(\[R\]|R)(\[R\]|R)R")
+_DYAD = re.compile(r"(\[R\]|R)(\[R\]|R)(\[R\]|R)")
 DYAD_KEYS = (
     "proximal_length", "distal_length", "base_radius", "base_angle", "platform_radius",
     "platform_angle", "home",
@@ -140,14 +141,14 @@ def _dyad(values: _Values) -> _Values:
         home["q1"] = math.remainder(_angle(home["q1"]) - _angle(leg["base_angle"]), 2 * math.pi)
     read = _DYAD.fullmatch(str(values["chain"]))
     assert read is not None  # or this is no dyad
-    first, second = read.groups()
+    first, second, third = read.groups()
     path = [
         {"name": "base", "azimuth": leg["base_angle"], "x": leg["base_radius"]},
         f"q1: {first}",
         {"name": "proximal", "x": leg["proximal_length"]},
         f"q2: {second}",
         {"name": "distal", "x": leg["distal_length"]},
-        "R",
+        f"q3: {third}",
         {"name": "platform", "azimuth": leg["platform_angle"], "x": leg["platform_radius"]},
     ]
     others = {name: each for name, each in values.items() if name not in ("chain", "reference_leg")}
@@ -279,6 +280,8 @@ def _turnable(table: _Values) -> _Values:
         of_platform = [path.pop()]
     made["path"] = [{"name": "turn", **_TURN}, *path]
     made["platform_path"] = [{"name": "platform_turn", **_TURN}, *of_platform]
+    if has_several_paths(path) or has_several_paths(of_platform):
+        raise WrongValueError("turns a leg of one path; expected [[legs]]", ("symmetry", "axis"))
     known = {item.get("name") for item in path if isinstance(item, dict)}
     if "rods" in table and isinstance(table["rods"], list):
         made["rods"] = [

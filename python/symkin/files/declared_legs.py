@@ -100,6 +100,9 @@ def with_declared_chains(source: TomlSource) -> TomlSource:
             values["workspace"] = box_of(values["workspace"], space, free)
         except WrongValueError as error:
             raise source.error(("workspace", *error.keys), str(error)) from error
+    for key, chain in _chains_of_legs(values):
+        if chain not in names and "[" not in chain:  # as known chains have
+            raise source.error(key, f"is {chain!r}; expected {' or '.join(tables)}")
     default = names.get(str(values.get("chain")), ())
     if len(default) == 1:
         values["chain"] = default[0]
@@ -127,6 +130,19 @@ def with_declared_chains(source: TomlSource) -> TomlSource:
         if isinstance(symmetry, dict) and len(read) > len(legs):
             values["symmetry"] = _with_count(symmetry, len(legs), len(read), section)
     return dataclasses.replace(source, values=values, written=written)
+
+
+def _chains_of_legs(values: _Values) -> list[tuple[KeyPath, str]]:
+    """Where a file says of which chain legs are, and what it says."""
+    found: list[tuple[KeyPath, Any]] = [(("chain",), values.get("chain"))]
+    for section in _SECTIONS_OF_LEGS:
+        given = values.get(section)
+        if isinstance(given, dict):
+            found.append(((section, "chain"), given.get("chain")))
+        for number, leg in enumerate(given if isinstance(given, list) else ()):
+            if isinstance(leg, dict):
+                found.append(((section, number, "chain"), leg.get("chain")))
+    return [(place, chain) for place, chain in found if isinstance(chain, str)]
 
 
 def _labels_of_legs(values: _Values) -> set[str]:
@@ -377,6 +393,14 @@ def _chain(
     chains = [chain]
     if binding or len(read) > 1:
         chains = [_reading(chain, each, builder.names[each]) for each in read]
+    for each in chains if len(read) > 1 else ():
+        if _core.binding_closures(each.core(), passive=True) < 1:
+            others = " and ".join(builder.names[joint] for joint in read)
+            raise WrongValueError(
+                f"reads {others}, but has so many joints that the others meet all equations of its "
+                f"loops without {each.reading}: it shows nothing by itself; expected fewer joints",
+                ("path",),
+            )
     if binding:
         chains = [dataclasses.replace(each, closure=0) for each in chains]
         chains += [

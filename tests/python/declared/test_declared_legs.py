@@ -216,6 +216,13 @@ def test_a_number_of_one_leg_may_differ(tmp_path: Path) -> None:
             "phi of the workspace's home (x, y, phi)",
         ),
         ("path = [", "pathes = []\npath = [", 6, 'did you mean "path"'),
+        ('chain = "rrr"', 'chain = "rr"', 3, "chain: is 'rr'; expected rrr"),
+        (
+            '"elbow: R",',
+            '"elbow: [R]",\n  { name = "middle", x = "1 mm" },\n  "R",',
+            6,
+            "reads q and elbow, but has so many joints that the others meet all equations",
+        ),
     ],
 )
 def test_what_cannot_be_a_leg_is_refused_at_its_line(

@@ -21,6 +21,31 @@ from symkin.planning.simulation import disturb
 
 FILE = Path(__file__).parents[3] / "mechanisms" / "declared" / "3RRR_encoders.toml"
 
+SHORT = """\
+schema = 1
+name = "short"
+chain = "{chain}"
+
+[symmetry]
+group = "C3"
+legs = 3
+
+[reference_leg]
+proximal_length = "1.5 m"
+distal_length = "1.5 m"
+base_radius = "6 m / sqrt(3)"
+base_angle = "210 deg"
+platform_radius = "1.5 m / sqrt(3)"
+platform_angle = "210 deg"
+home = {{ q1 = 0, q2 = "60 deg" }}
+
+[workspace]
+x = ["-0.3 m", "0.3 m"]
+y = ["-0.3 m", "0.3 m"]
+phi = ["-0.3 rad", "0.3 rad"]
+home = ["0 m", "0 m", 0]
+"""
+
 
 @pytest.fixture(scope="module")
 def robot() -> symkin.Mechanism:
@@ -164,6 +189,23 @@ def test_sensors_of_a_leg_are_told_apart_and_readings_may_stand_alone(tmp_path: 
     elbows = symkin.load_mechanism(path)
     assert len(elbows.legs) == 3
     assert elbows.ties == ()
+
+
+def test_any_joints_of_a_planar_dyad_may_be_read_by_its_short_name(tmp_path: Path) -> None:
+    path = tmp_path / "short.toml"
+    readings = {}
+    for chain in ("[R][R]R", "[R]R[R]"):
+        path.write_text(SHORT.format(chain=chain))
+        robot = symkin.load_mechanism(path)
+        assert robot.leg_readings == ((0, 3), (1, 4), (2, 5))
+        poses = symkin.sample_workspace(robot, 20, seed=1).poses
+        readings[chain] = robot.inverse_kinematics(poses)
+    first, elbow = np.hsplit(readings["[R][R]R"], 2)
+    again, last = np.hsplit(readings["[R]R[R]"], 2)
+    np.testing.assert_allclose(again, first, atol=1e-12)
+    # Base and platform stand at equal angles, so the joints together turn as the platform does.
+    off = (first + elbow + last - poses[:, 2:]) / (2 * np.pi)
+    np.testing.assert_allclose(off, np.round(off), atol=1e-12)
 
 
 def test_a_ball_for_a_universal_joint_is_the_chain_that_it_binds_as() -> None:

@@ -70,10 +70,16 @@ Pose between(const Pose& from, const Pose& to, double share) {
 
 }  // namespace
 
-int binding_closures(const Description& leg, const Home& home) {
+int binding_closures(const Description& leg, const Home& home, bool passive) {
   Loops loops(leg);
   loops.walk(home.pose, home.joints);
-  return loops.equations() - rank_of(loops.columns());
+  std::vector<int> met;
+  for (std::size_t i = 0; i < loops.own().size(); ++i) {
+    if (!passive || !leg.joints[static_cast<std::size_t>(loops.own()[i])].read) {
+      met.push_back(static_cast<int>(i));
+    }
+  }
+  return loops.equations() - rank_of(loops.columns()(kAll, met));
 }
 
 Assembly::Assembly(const Description& leg, const Home& home)

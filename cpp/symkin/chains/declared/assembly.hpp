@@ -16,7 +16,8 @@ struct Home {
 };
 
 // How many equations of a drawn leg no joint can meet, be it read or not: they bind the platform.
-int binding_closures(const Description& leg, const Home& home);
+// Or no `passive` joint: those are all closures.
+int binding_closures(const Description& leg, const Home& home, bool passive = false);
 
 class PivotedQr;
 
