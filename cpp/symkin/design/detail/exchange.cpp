@@ -5,7 +5,9 @@
 
 #include "symkin/design/detail/bounds.hpp"
 #include "symkin/design/detail/criteria.hpp"
+#include "symkin/design/detail/information.hpp"
 #include "symkin/design/detail/problem.hpp"
+#include "symkin/design/detail/product_kernels.hpp"
 #include "symkin/design/detail/search.hpp"
 #include "symkin/support/dense.hpp"
 
@@ -34,17 +36,62 @@ Indices made_regular(const Problem& problem, const Indices& pool, const Indices&
   return search.chosen();
 }
 
-// One pass over all candidates: those whose exchange for a chosen one may raise log det M. No ratio
-// of the determinants is above one unless d_j > d_i.
+// Poses that may leave the selection, of least variance first, for the candidates' own rows.
+std::vector<Leaving> leaving_poses(const Problem& problem, const Indices& chosen,
+                                   const RowMatrix& transform) {
+  std::vector<Leaving> poses;
+  for (const Index candidate : chosen) {
+    const RowMatrix rows = problem.candidates.rows(candidate);
+    poses.push_back(leaving_pose(rows, product(product(rows, transform.transpose()), transform)));
+  }
+  std::sort(poses.begin(), poses.end(),
+            [](const Leaving& a, const Leaving& b) { return a.trace < b.trace; });
+  return poses;
+}
+
+// One pass over all candidates: those whose exchange for a chosen one raises log det M, which none
+// does unless d_j > d_i.
 Indices challengers(const Problem& problem, const Indices& chosen) {
   const RowMatrix factor = inverse_factor(problem.whitened_information(chosen));
   if (factor.size() == 0) {
     return {};
   }
-  const double least = variances(problem.whitened(chosen), factor).minCoeff();
-  return indices_of(screen_candidates(problem.candidates, {{problem.own_transform(factor),
-                                                            problem.candidates.available(), least}})
-                        .front());
+  const RowMatrix transform = problem.own_transform(factor);
+  const std::vector<Leaving> poses = leaving_poses(problem, chosen, transform);
+  const Shape shape = problem.shape();
+  const ProductKernels& kernels = product_kernels();
+  std::vector<Indices> found(static_cast<std::size_t>(problem.candidates.chunks()));
+  problem.candidates.for_each_block([&](Index chunk, Index first, const double* columns) {
+    alignas(64) double traces[kBlock];
+    alignas(64) double ratios[kGroup];
+    double largest[kGroups];
+    AlignedArray gram(shape.rows == 1 ? 0 : shape.gram_size() * kBlock);
+    compute_products(columns, shape, transform, traces, shape.rows == 1 ? nullptr : gram.data());
+    kernels.find_largest(traces, largest, kGroups);
+    for (Index g = 0; g < kGroups; ++g) {
+      const Index lane = g * kGroup;
+      for (const Leaving& pose : poses) {
+        if (!(largest[g] > pose.trace)) {
+          break;
+        }
+        if (kernels.find_ratios(columns + lane_of(lane, shape.width()), shape, gram.data() + lane,
+                                traces + lane, {pose.y.data(), pose.s.data(), pose.base},
+                                ratios) <= 1 + kGain) {
+          continue;
+        }
+        for (Index k = 0; k < kGroup; ++k) {
+          if (ratios[k] > 1 + kGain && !contains(chosen, first + lane + k)) {
+            at(found, chunk).push_back(first + lane + k);
+          }
+        }
+      }
+    }
+  });
+  Indices all;
+  for (const Indices& of_chunk : found) {
+    all.insert(all.end(), of_chunk.begin(), of_chunk.end());
+  }
+  return joined(std::move(all), {});
 }
 
 // For a criterion other than O1: from the selection of best determinant, kicks and exchanges in
@@ -108,7 +155,11 @@ Selection select_exchange(const Problem& problem) {
   // Until no single exchange with any candidate is an improvement.
   bool improved = determinant;
   for (int round = 0; improved && round < kVerifications; ++round) {
-    const Indices pool = joined(challengers(problem, choice.indices), choice.indices);
+    const Indices better = challengers(problem, choice.indices);
+    if (better.empty()) {
+      break;
+    }
+    const Indices pool = joined(joined(better, bounds.search), choice.indices);
     DeterminantSearch search(problem, pool, choice.indices);
     const double before = search.merit();
     search.descend();

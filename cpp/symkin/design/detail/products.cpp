@@ -17,6 +17,10 @@ namespace {
 constexpr double kRidge = 1e-9;
 constexpr double kSlackOfTrace = 1e-12;  // of a determinant
 
+// Of a matrix that only rounding makes unsymmetric: where it is nearly singular the inverse's
+// largest elements differ by more than the others are.
+RowMatrix symmetrised(const RowMatrix& matrix) { return (matrix + matrix.transpose()) / 2; }
+
 }  // namespace
 
 void compute_products(const double* columns, Shape shape, const RowMatrix& factor, double* traces,
@@ -41,9 +45,9 @@ Leaving leaving_pose(const RowMatrix& rows, RowMatrix solved) {
   if (rows.rows() == 1) {
     return {std::move(solved), {}, 1 - trace, trace};
   }
-  const RowMatrix rest = (1 + kRidge) * RowMatrix::Identity(rows.rows(), rows.rows()) -
-                         product(rows, solved.transpose());
-  return {std::move(solved), inverse(rest), determinant(rest), trace};
+  const RowMatrix rest = symmetrised((1 + kRidge) * RowMatrix::Identity(rows.rows(), rows.rows()) -
+                                     product(rows, solved.transpose()));
+  return {std::move(solved), symmetrised(inverse(rest)), determinant(rest), trace};
 }
 
 Products::Products(const ColumnBlocks& candidates)

@@ -15,7 +15,6 @@
 namespace symkin::design::detail {
 namespace {
 
-constexpr double kGain = 1e-10;       // of a ratio or merit that counts as better
 constexpr double kSame = 1e-9;        // difference of a merit
 constexpr Index kExchangesKept = 16;  // before everything is computed afresh
 constexpr Index kPromising = 400;     // pairs of a pool that are tried

@@ -8,6 +8,8 @@
 
 namespace symkin::design::detail {
 
+constexpr double kGain = 1e-10;  // of a ratio or merit that counts as better
+
 // Candidates as points (count x width), like ones near each other. A row and its negative bring the
 // same information, so each row is turned to one side first.
 RowMatrix candidate_points(const ColumnBlocks& candidates);
