@@ -47,9 +47,17 @@ def cluster() -> Iterator["distributed.LocalCluster"]:
         yield running
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def one_cell() -> StudyDefinition:
     """A study of a single cell and few robots."""
     return StudyDefinition(
         mechanisms=("3RRR",), robots=3, candidates=1000, evaluation_poses=20, pose_counts=(12,)
     )
+
+
+@pytest.fixture(scope="session")
+def ran(one_cell: StudyDefinition, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of its run."""
+    out = tmp_path_factory.mktemp("ran") / "out"
+    run_study(one_cell, out)
+    return out

@@ -3,6 +3,7 @@
 import builtins
 import logging
 import os
+import re
 import shutil
 import signal
 import socket
@@ -10,6 +11,7 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -95,28 +97,44 @@ def test_robots_can_be_added(
     assert _table(tmp_path) == _table(undisturbed[1])
 
 
-def test_a_torn_part_is_computed_again(one_cell: StudyDefinition, tmp_path: Path) -> None:
-    run_study(one_cell, tmp_path)
-    whole = _table(tmp_path)
-    (part,) = tmp_path.glob("parts/*.part")
-    part.write_bytes(part.read_bytes()[:100])
-    run_study(one_cell, tmp_path)
-    assert _table(tmp_path) == whole
+def _flipped(at: int) -> Callable[[bytes], bytes]:
+    def changed(part: bytes) -> bytes:
+        damaged = bytearray(part)
+        damaged[at] ^= 0x10
+        return bytes(damaged)
+
+    return changed
 
 
-@pytest.mark.parametrize("at", [3, 60, 200, 1000, -1])
-def test_a_part_with_a_flipped_bit_is_named_and_computed_again(
-    one_cell: StudyDefinition, tmp_path: Path, at: int
+_HEAD = b'{"study": "another", "robots": [0, 20], "sha256": "'
+_DAMAGES: dict[str, Callable[[bytes], bytes]] = {
+    "emptied": lambda _: b"",
+    "torn in its head": lambda part: part[:40],
+    "torn in its body": lambda part: part[:-100],
+    "with bytes behind it": lambda part: part + b"\0",
+    "without its head": lambda part: part.partition(b"\n")[2],
+    "without its body": lambda part: part.partition(b"\n")[0] + b"\n",
+    "of another study": lambda part: _HEAD + part.partition(b'"sha256": "')[2],
+    "of other robots": lambda part: part.replace(b'"robots": [0, ', b'"robots": [1, ', 1),
+    "of text": lambda _: b"robot,seed\n1,1\n",
+    "of zeros": lambda part: bytes(len(part)),
+    "twice": lambda part: part + part,
+    **{f"with bit {at} flipped": _flipped(at) for at in (3, 60, 200, 1000, -1)},
+}
+
+
+@pytest.mark.parametrize("damage", _DAMAGES)
+def test_a_damaged_part_is_named_and_computed_again(
+    one_cell: StudyDefinition, ran: Path, tmp_path: Path, damage: str
 ) -> None:
-    run_study(one_cell, tmp_path)
-    whole = _table(tmp_path)
-    (part,) = tmp_path.glob("parts/*.part")
-    damaged = bytearray(part.read_bytes())
-    damaged[at] ^= 0x10
-    part.write_bytes(damaged)
+    folder = tmp_path / "study"
+    shutil.copytree(ran, folder)
+    (part,) = folder.glob("parts/*.part")
+    part.write_bytes(_DAMAGES[damage](part.read_bytes()))
+    (folder / "table.csv").unlink()
     told: list[str] = []
-    run_study(one_cell, tmp_path, progress=lambda doing, _: told.append(doing))
-    assert _table(tmp_path) == whole
+    run_study(one_cell, folder, progress=lambda doing, _: told.append(doing))
+    assert _table(folder) == _table(ran)
     assert any("damaged" in doing and part.name in doing for doing in told)
 
 
@@ -133,16 +151,53 @@ def test_parts_that_were_exchanged_are_computed_again(
     assert _table(folder) == _table(undisturbed[1])
 
 
-def test_a_part_of_another_study_is_computed_again(
-    one_cell: StudyDefinition, tmp_path: Path
+_MARKS = {
+    "missing": None,
+    "empty": "",
+    "torn": '{"digest": "',
+    "of another study": '{"digest": "0", "study": "other"}',
+    "of another kind": "[1, 2]",
+}
+
+
+@pytest.mark.parametrize("mark", _MARKS)
+def test_parts_that_do_not_say_whose_they_are_are_refused_and_kept(
+    one_cell: StudyDefinition, ran: Path, tmp_path: Path, mark: str
 ) -> None:
-    run_study(one_cell, tmp_path / "own")
-    run_study(one_cell.replace(seed=2), tmp_path / "other")
-    (part,) = (tmp_path / "own").glob("parts/*.part")
-    whole = _table(tmp_path / "own")
-    part.write_bytes((tmp_path / "other" / "parts" / part.name).read_bytes())
-    run_study(one_cell, tmp_path / "own")
-    assert _table(tmp_path / "own") == whole
+    folder = tmp_path / "study"
+    shutil.copytree(ran, folder)
+    (folder / "parts" / "study.json").unlink()
+    text = _MARKS[mark]
+    if text is not None:
+        (folder / "parts" / "study.json").write_text(text, encoding="utf-8")
+    files = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+    with pytest.raises(symkin.SymkinError, match=r"exists, and no parts|parts of another study"):
+        run_study(one_cell, folder)
+    assert {path: path.read_bytes() for path in files} == files
+    run_study(one_cell, folder, overwrite=True)
+    assert _table(folder) == _table(ran)
+
+
+@pytest.mark.parametrize("name", ["parts", "parts/study.json", "table.csv", "PART"])
+def test_what_stands_in_the_place_of_a_file_is_refused_and_kept(
+    one_cell: StudyDefinition, ran: Path, tmp_path: Path, name: str
+) -> None:
+    """A folder where a file belongs, or a file where a folder does."""
+    folder = tmp_path / "study"
+    shutil.copytree(ran, folder)
+    (part,) = folder.glob("parts/*.part")
+    place = part if name == "PART" else folder / name
+    if place.is_dir():
+        shutil.rmtree(place)
+        place.write_text("mine", encoding="utf-8")
+    else:
+        place.unlink()
+        place.mkdir()
+        (place / "mine").write_text("mine", encoding="utf-8")
+    with pytest.raises(symkin.SymkinError, match=f"{re.escape(place.name)}|another study"):
+        run_study(one_cell, folder)
+    mine = place if place.is_file() else place / "mine"
+    assert mine.read_text(encoding="utf-8") == "mine"
 
 
 def test_a_second_run_in_the_folder_is_refused_while_the_first_lives(
