@@ -606,14 +606,14 @@ def test_a_bent_sensor_is_told_with_what_helps_and_by_how_much():
     assert "predicts poses that the fit did not see worse" in doubt.cause
 
 
-def at_random(robot, seed):
+def at_random(robot, seed, actual=None):
     """Measured at 40 poses that nobody planned."""
     sample = symkin.sample_workspace(robot, 1000, seed=1).poses
     poses = sample[np.random.default_rng(seed).permutation(len(sample))[:40]]
     readings, everywhere = robot.inverse_kinematics(poses), np.full(40, -1)
     none = np.zeros(40, dtype=bool)
     plan = symkin.Plan(robot, everywhere, np.arange(40), none, poses, readings)
-    return symkin.simulate(robot, plan, seed).measurements
+    return symkin.simulate(robot, plan, seed, actual).measurements
 
 
 @pytest.mark.parametrize(
@@ -655,15 +655,45 @@ def test_readings_in_steps_are_told_where_few_of_them_are_alike():
     assert "readings-coarse" not in {each.code for each in doubts}
 
 
-@pytest.mark.parametrize("asked", ["fixed", "shared"])
-def test_a_gain_is_named_that_was_said_to_be_held_or_the_same_in_all_legs(asked):
+@pytest.mark.parametrize(
+    ("options", "rate"),
+    [
+        ({"fixed": ["sensor_gain"]}, 2),
+        ({"shared": ["sensor_gain"]}, 2),
+        ({"frames": ["base", "target"]}, 1.02),
+    ],
+)
+def test_a_gain_is_named_that_was_held_or_that_frames_let_look_like_a_curved_sensor(options, rate):
     robot = symkin.load_mechanism("3RRR")
     taken = symkin.simulate(robot, robot.plan(30), 1, actual=robot).measurements.for_all_legs()
-    readings = taken.readings * np.array([2.0, 1.0, 1.0])
-    options = {asked: ["sensor_gain"]}
+    readings = taken.readings * np.array([rate, 1.0, 1.0])
     (told, *_) = symkin.identify(robot, replace(taken, readings=readings), **options).doubts
     assert (told.code, told.legs, told.others) == ("gain", (0,), ())
-    assert told.size == pytest.approx(2, rel=1e-2)
+    assert told.size == pytest.approx(rate, rel=1e-2)
+
+
+def test_a_metre_that_is_too_long_is_told_where_gains_that_are_held_explain_it_as_well():
+    robot = symkin.load_mechanism("3RPS")
+    taken = symkin.simulate(robot, robot.plan(40), 1, actual=robot).measurements.for_all_legs()
+    poses = np.array(taken.poses)
+    poses[:, :3] *= 1.002
+    (told,) = symkin.identify(robot, replace(taken, poses=poses), fixed=["sensor_gain"]).doubts
+    assert told.is_cause
+    said = {each.code: each for each in (told, *told.others)}
+    assert said.keys() <= {"moved-together", "held-is-wrong"}
+    assert said["moved-together"].size == pytest.approx(2e-3, rel=0.1)
+    assert "too large against the drawing's lengths" in str(told)
+
+
+def test_a_curved_sensor_is_told_where_gains_that_are_held_explain_it_as_well():
+    robot = symkin.load_mechanism("rotary_delta")
+    for seed in (2, 3):
+        taken = at_random(robot, seed).for_all_legs()
+        shares = (taken.readings - taken.readings.min(axis=0)) / np.ptp(taken.readings, axis=0)
+        bent = replace(taken, readings=taken.readings + 1e-3 * shares**2)
+        (told,) = symkin.identify(robot, bent, fixed=["sensor_gain"]).doubts
+        assert told.is_cause
+        assert {"sensor-curved", "sensor-eccentric"} <= {each.code for each in (told, *told.others)}
 
 
 @pytest.mark.parametrize(("name", "estimator"), [("3RRR", "implicit"), ("rotary_delta", "joint")])
@@ -681,3 +711,20 @@ def test_positions_that_are_off_with_the_square_of_the_distance_are_told(name, e
     assert told.figures["component"] == robot.space.position[last]
     assert told.size == pytest.approx(-1e-3, abs=4e-4)
     assert told.p < 1e-3
+
+
+@pytest.mark.parametrize("estimator", ["implicit", "joint"])
+def test_a_sag_that_parameters_take_up_is_told_and_not_what_they_became(estimator):
+    robot = symkin.load_mechanism("rotary_delta")
+    taken = at_random(robot, 1).for_all_legs()
+    squares = np.square(taken.poses - taken.poses.mean(axis=0)).sum(axis=1)
+    poses = np.array(taken.poses)
+    poses[:, 2] -= 5e-4 * squares / squares.max()
+    (told,) = symkin.identify(robot, replace(taken, poses=poses), estimator).doubts
+    assert told.code == "sags"
+    assert told.size == pytest.approx(-5e-4, rel=0.2)
+    # A robot that is further from its drawing than said does not sag.
+    parameters = robot.parameters + 4 * (disturb(robot, 1).parameters - robot.parameters)
+    made = robot.with_parameters(parameters, symmetry=None)
+    far = symkin.identify(robot, at_random(robot, 1, made).for_all_legs(), estimator).doubts
+    assert {each.code for each in far} == {"far-from-drawing", "parameters-far"}

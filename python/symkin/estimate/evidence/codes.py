@@ -275,7 +275,8 @@ DOUBTS: Mapping[str, Code] = {
     # The drawing and its tolerances.
     "moved-together": Code(
         "the parameters of all legs moved together: {movement}, which explains {share:.0%} of "
-        "their distance from the drawing"
+        "their distance from the drawing",
+        "look at the frames and the scale of the measuring device",
     ),
     "far-from-drawing": Code(
         "the robot is further from the drawing than its tolerances or priors say (chi-square "

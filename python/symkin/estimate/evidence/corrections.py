@@ -12,7 +12,7 @@ import dataclasses
 import heapq
 import math
 import operator
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import ClassVar
 
@@ -24,6 +24,7 @@ from symkin.errors import FailedFitError, NotIdentifiableError, SymkinError
 from symkin.estimate.evidence.bodies import AsPoses
 from symkin.estimate.evidence.edits import corrections_of, pairs_of
 from symkin.estimate.evidence.findings import Doubt
+from symkin.estimate.evidence.look_alikes import look_alikes
 from symkin.estimate.evidence.screen import FIRST, Screen, ShortList
 from symkin.estimate.evidence.trial import LITTLE, SECOND, Correction, Statement, per_degree
 from symkin.estimate.evidence.watching import is_watched
@@ -137,6 +138,13 @@ class Budget:
             yield each
 
 
+Shaped = Callable[[Mechanism, Measurements, EstimateOptions], bool]
+
+
+def _perhaps(*_: object) -> bool:
+    return True
+
+
 @contextmanager
 def explained(
     mechanism: Mechanism,
@@ -206,14 +214,15 @@ def hypotheses_of(
     *,
     by_leg: bool = False,
     budget: Budget | None = None,
-    shaped: bool = True,
+    shaped: Shaped = _perhaps,
 ) -> tuple[Hypothesis, ...]:
     """Try corrections of what people mistake most often, the best first.
 
     Each is tried on a few of the poses, what comes out best on more, and the best on all. What
     explains the data as well as another but has unknowns besides is left to the other. Two at once
     are tried where one does not explain the data, or only a part: then with that one. That of no
-    mistake is among them. `shaped`: the residuals have a shape that no parameter gives them.
+    mistake is among them. `shaped`: whether what is so estimated leaves residuals of a shape that
+    no parameter gives them; asked of corrections that set more free and explain the data otherwise.
     """
     if body := AsPoses.of(nominal, measurements, options):
         asked = body.mechanism, body.measurements, body.options
@@ -263,7 +272,7 @@ def _of_points(body: AsPoses, of_poses: Hypothesis) -> Hypothesis:
     )
 
 
-def _judged(stated: Correction, listed: ShortList, shaped: bool) -> tuple[Hypothesis, ...]:
+def _judged(stated: Correction, listed: ShortList, shaped: Shaped) -> tuple[Hypothesis, ...]:
     """What is stated and the best of corrections, each with what it leaves, the best first."""
     corrections = [each for _, each in listed.likely]
     still = listed.open
@@ -285,16 +294,36 @@ def _judged(stated: Correction, listed: ShortList, shaped: bool) -> tuple[Hypoth
     as_stated = _as_stated(stated, [fit for each, fit in settled if id(each) in named])
     hypotheses = [_told(stated, as_stated)]
     for each, fit in settled:
-        freed = each.options is not stated.options
-        weak = not (freed and shaped)
-        proposed = id(each) in named and _explains(fit, as_stated, freed=freed, weak=weak)
-        table = tables[each.key]
-        edited = None if table is unchanged else table
-        told = _told(each, fit, proposed=proposed, table=edited)
-        hypotheses.append(dataclasses.replace(told, drawing=_redrawn(stated, each, fit, told)))
+        freed, table = each.options is not stated.options, tables[each.key]
+        told = _told(each, fit, table=None if table is unchanged else table)
+        told = dataclasses.replace(told, drawing=_redrawn(stated, each, fit, told))
+        explains = id(each) in named and _explains(fit, as_stated, freed=freed, weak=not freed)
+        if id(each) in named and freed and not explains:
+            redrawn = told.cause is not None and told.cause.code in _OF_THE_DRAWING
+            options = stated.options if redrawn else each.options
+            asked = told.drawing or each.mechanism, table, options
+            explains = _explains(fit, as_stated, weak=True) and not shaped(*asked)
+        hypotheses.append(dataclasses.replace(told, proposed=explains))
     kept = {id(each) for each in rivals}
+    freed = any(each.options is not stated.options for each in rivals if id(each) in named)
+    hypotheses = _with_look_alikes(stated, hypotheses) if freed else hypotheses
     hypotheses += [_told(each, fit) for each, fit in tried if fit and id(each) not in kept]
     return tuple(sorted(hypotheses, key=lambda each: (not each.proposed, each.per_degree)))
+
+
+def _with_look_alikes(stated: Correction, hypotheses: list[Hypothesis]) -> list[Hypothesis]:
+    """With what explains as well what parameters that are set free do, or better."""
+    proposed = [each for each in hypotheses if each.proposed]
+    if not proposed:
+        return hypotheses
+    tried = (_told(each, each.fit(SECOND[1]), proposed=True) for each in look_alikes(stated))
+    alike = [each for each in tried if each.explained]
+    best = min((*proposed, *alike), key=lambda each: each.chi_square)
+    most = best.chi_square + _BETTER * max(best.per_degree, 1.0)
+    return [
+        dataclasses.replace(each, proposed=each.proposed and each.chi_square <= most)
+        for each in (*hypotheses, *alike)
+    ]
 
 
 def _looked_at(stated: Correction, corrections: Iterable[Correction]) -> ShortList:
@@ -361,8 +390,8 @@ def _explains(
     Of measurements that say little, as of poses that are all alike, noise is explained too: a unit
     in which it is smaller does that. What only edits the table is not better by so much by chance;
     what sets more free has to be better by twice that, and to leave nothing that noise does not
-    explain; but not by that alone (`weak`) where the residuals have a shape that no parameter gives
-    them. What explains only a part must leave so much less of the measurements: a robot that
+    explain; but not by that alone (`weak`) if it leaves residuals of a shape that no parameter
+    gives them. What explains only a part must leave so much less of the measurements: a robot that
     shrinks until nothing matters is as little worse than any nonsense as its tolerances make it.
     """
     stated = as_stated.goodness if as_stated and as_stated.converged else None

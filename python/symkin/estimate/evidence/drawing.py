@@ -28,6 +28,7 @@ from symkin.model.tolerances import UNKNOWN, parameter_tolerances
 __all__ = [
     "hiding_noise",
     "implausible_parameters",
+    "scale_in_words",
     "strained_ties",
     "unknown_parameters",
     "unneeded_parameters",
@@ -259,7 +260,7 @@ def _common_movements(found: Found) -> Iterator[Doubt]:
     if distance == 0:
         return
     best: tuple[float, Doubt] | None = None
-    for kind, words in _MOVEMENTS.items():
+    for kind in _MOVEMENTS:
         if kind == "scale" and not found.nominal.space.moves:
             continue
         directions = _directions(found, kind)
@@ -273,7 +274,10 @@ def _common_movements(found: Found) -> Iterator[Doubt]:
         limit = FALSE_ALARMS / 8 if best is None else best[0]
         if explained < _EXPLAINED * distance or p_value >= limit:
             continue
-        movement = words.format(_in_words(kind, amounts, found.nominal.space.size))
+        if kind == "scale":
+            movement = scale_in_words(float(amounts[0]))
+        else:
+            movement = _MOVEMENTS[kind].format(_in_words(amounts, found.nominal.space.size))
         figures = {"movement": movement, "share": explained / distance}
         every, size = tuple(range(len(found.legs))), float(np.linalg.norm(amounts))
         best = p_value, Doubt("moved-together", every, size=size, p=p_value, figures=figures)
@@ -325,13 +329,13 @@ def _movements(kind: str, pose_space: str, poses: Array) -> Array:
     return movements[:, shown][:, :, free]
 
 
-def _in_words(kind: str, amounts: Array, positions: int) -> str:
-    if kind == "scale":
-        return (
-            f"{100 * amounts[0]:+.3g} % too large"
-            if amounts[0] > 0
-            else (f"{-100 * amounts[0]:.3g} % too small")
-        )
+def scale_in_words(share: float) -> str:
+    """Say that measured positions are too large, or too small, by a share of them."""
+    amount = f"{100 * abs(share):.3g} % too {'large' if share > 0 else 'small'}"
+    return _MOVEMENTS["scale"].format(amount)
+
+
+def _in_words(amounts: Array, positions: int) -> str:
     angle = np.degrees(np.linalg.norm(amounts[positions:]))
     turned = f"turned by about {angle:.3g} degrees"
     if not positions:

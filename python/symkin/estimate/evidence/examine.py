@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Sequence
-from functools import cache
+from functools import cache, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -67,6 +67,7 @@ from symkin.estimate.evidence.watching import is_watched
 from symkin.estimate.evidence.wider import Alternative, alternatives_of, doubts_of_models
 from symkin.estimate.fit import by_leg
 from symkin.estimate.found import Found
+from symkin.estimate.options import EstimateOptions
 from symkin.estimate.solution import together
 from symkin.model.mechanism import Mechanism
 
@@ -157,8 +158,7 @@ def _without_copies(
         rest = (by_leg if found.legs else together)(found.nominal, taken, found.options)
     except SymkinError:
         return Noticed((*copied, *size), (), (), ())
-    wider = cache(lambda: tuple(alternatives_of(rest)))
-    of_rest = _noticed(rest, size, wider, lambda what: model_of(rest, wider(), what))
+    of_rest = _tested(rest, size)
     rows = (int(once[each.row]) for each in of_rest.outliers)
     outliers = [
         dataclasses.replace(each, row=row, place=-1)
@@ -166,6 +166,11 @@ def _without_copies(
     ]
     lasting = (*copied, *of_rest.lasting)
     return of_rest._replace(lasting=lasting, outliers=tuple(outliers), rest=rest)
+
+
+def _tested(found: Found, size: Sequence[Doubt]) -> Noticed:
+    wider = cache(lambda: tuple(alternatives_of(found)))
+    return _noticed(found, size, wider, lambda what: model_of(found, wider(), what))
 
 
 def _noticed(
@@ -191,7 +196,9 @@ def _noticed(
             symptoms += doubts_of_rows(found, outliers)
             symptoms += _doubts_of_the_model(found, tests, alternatives(), model)
             symptoms += [] if changes else doubts_of_sag(found, apart)
-        symptoms += [*implausible_parameters(found), *strained_ties(found)]
+        far_off = [*implausible_parameters(found), *strained_ties(found)]
+        sags = _sags_within_tolerances(found, apart) if far_off and not symptoms else []
+        symptoms += sags or far_off
     if changes:  # which say what is alike
         symptoms = [each for each in symptoms if not each.code.startswith("neighbours-")]
     symptoms += [*hiding_noise(found), *unknown_parameters(found)]
@@ -199,6 +206,24 @@ def _noticed(
     # What can be asked for instead comes first: the rest may be due to that.
     symptoms.sort(key=lambda each: not each.options)
     return Noticed(tuple(size), tuple(symptoms), tests, outliers)
+
+
+def _sags_within_tolerances(found: Found, apart: Sequence[int]) -> list[Doubt]:
+    """Say of a robot that is far from the drawing where a sag would explain it.
+
+    Without priors its parameters take up most of that.
+    """
+    if found.options.prior is not None or found.noise_is_estimated:
+        return []
+    # Leg by leg a robot is estimated in its own frame.
+    robot = found.nominal.replace(frames=None) if found.legs else found.nominal
+    options = dataclasses.replace(
+        found.options, prior="tolerances", gauge="prior", poses="all", noise=found.noise
+    )
+    try:
+        return list(doubts_of_sag(together(robot, found.measurements, options), apart))
+    except SymkinError:
+        return []
 
 
 def _changes(found: Found, apart: Sequence[int]) -> list[Doubt]:
@@ -256,6 +281,25 @@ def judged(estimate: Found, what: Noticed) -> Evidence:
         return Evidence(told, (), complete=True)
 
 
+def _has_shape(what: Noticed) -> bool:
+    return any(each.code in _SHAPES for each in what.symptoms)
+
+
+def _never(*_: object) -> bool:
+    return False
+
+
+def _shaped(
+    found: Found, mechanism: Mechanism, measurements: Measurements, options: EstimateOptions
+) -> bool:
+    """Whether residuals of another estimate still have a shape, or it has no end."""
+    try:
+        other = (by_leg if found.legs else together)(mechanism, measurements, options)
+    except SymkinError:
+        return True
+    return not other.converged or _has_shape(_tested(other, ()))
+
+
 def _judged(estimate: Found, what: Noticed) -> Evidence:
     found, doubts = what.rest or estimate, (*what.lasting, *what.symptoms)
     cause: Doubt | None = None
@@ -269,7 +313,7 @@ def _judged(estimate: Found, what: Noticed) -> Evidence:
         return Evidence((*_beside(changed, what.symptoms), *what.lasting), tried, complete=True)
     if what.symptoms or not found.converged:
         cause, rest = gross_errors(found) if found.legs else (None, found.measurements)
-        shaped = any(each.code in _SHAPES for each in what.symptoms)
+        shaped = partial(_shaped, found) if _has_shape(what) else _never
         # Without gross errors too, if there are some: but all rows say which belong together.
         for rows in (found.measurements, rest) if cause is None else ():
             asked = found.nominal, rows, found.options

@@ -33,7 +33,7 @@ from symkin.model.poses import (
     vectors_from_rotations,
 )
 
-__all__ = ["edits_of_poses", "rarer_edits", "with_readings"]
+__all__ = ["edits_of_poses", "rarer_edits", "scaled", "with_readings"]
 
 Array = NDArray[np.float64]
 
@@ -81,7 +81,7 @@ def _turns_freely(stated: Correction) -> bool:
 
 def _in_units(stated: Correction, units: Mapping[float, str]) -> Iterator[Correction]:
     for factor, unit in units.items():
-        lengths = _scaled(stated.measurements, factor)
+        lengths = scaled(stated.measurements, factor)
         if lengths is not None and not _only_noise(stated, lengths):
             figures = {"unit": unit + ", not metres" * (factor < 1)}
             cause = Doubt("unit-of-lengths", size=1 / factor, figures=figures)
@@ -259,7 +259,7 @@ def _quaternions(rotations: Array) -> Array:
     return quaternions_from_rotation_vectors(vectors_from_rotations(rotations))
 
 
-def _scaled(measured: Measurements, factor: float) -> Measurements | None:
+def scaled(measured: Measurements, factor: float) -> Measurements | None:
     """With other lengths, but for what a controller reports; None without any that have a unit."""
     size = measured.space.size
     changes: dict[str, Array] = {}
