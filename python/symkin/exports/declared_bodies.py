@@ -44,12 +44,26 @@ class _Leg:
     """One leg, taken apart path by path; what two paths begin with is one branch."""
 
     def __init__(
-        self, number: int, mechanism: Mechanism, rows: Array, platform: Transform, yaw: str
+        self,
+        readings: Sequence[int],
+        mechanism: Mechanism,
+        rows: Array,
+        platform: Transform,
+        yaw: str,
     ) -> None:
-        chain = declared_chain(mechanism.chains[number])
+        first = readings[0]
+        chain = declared_chain(mechanism.chains[first])
         assert chain is not None
-        self.name, self.chain = f"leg{number + 1}", chain
-        self.own = {**chain.nominal, **mechanism.legs[number].parameters}
+        self.name, self.chain = f"leg{first + 1}", chain
+        self.own = {**chain.nominal, **mechanism.legs[first].parameters}
+        # Of each joint that is read: its name, and its value where the model has it at zero.
+        self.read: dict[int, tuple[str, float]] = {}
+        for number in readings:
+            declared = declared_chain(mechanism.chains[number])
+            for index, (_, _, read, *_) in enumerate(declared.joints if declared else ()):
+                if read:
+                    zero = mechanism.legs[number].parameters["sensor_offset"]
+                    self.read[index] = f"leg{number + 1}_active", zero
         self._numbers, self._ratios = chain.numbers_with(self.own)
         self.platform, self.yaw = platform, yaw
         self.bodies: list[Body] = []
@@ -99,8 +113,8 @@ class _Leg:
         else:
             size = float(np.linalg.norm(links[0]))
             lower, values = universal(called, "lower", end.body, place, size / 2, links)
-            zero = self.own["sensor_offset"]
-            active = Joint(f"{self.name}_active", "slide", _Z)
+            active_name, zero = self.read[read]
+            active = Joint(active_name, "slide", _Z)
             upper = Body(
                 f"{called}_upper", lower.name, zero * _Z, np.eye(3), (active,), -size / 2 * _Z
             )
@@ -114,8 +128,8 @@ class _Leg:
         return step[0] == "joint" and self._stands_alone(step[1])
 
     def _stands_alone(self, joint: int) -> bool:
-        kind, _, read, follows, *_ = self.chain.joints[joint]
-        return bool(kind == "R" and not read and follows == -1)
+        kind, _, _, follows, *_ = self.chain.joints[joint]
+        return bool(kind == "R" and joint not in self.read and follows == -1)
 
     def _walk(self, steps: Sequence[Step]) -> _End:
         count = self._count
@@ -135,7 +149,7 @@ class _Leg:
 
     def _moved(self, end: _End, index: int) -> _End:
         """A body behind a joint."""
-        kind, axis, read, follows, _, offset = self.chain.joints[index]
+        kind, axis, _, follows, _, offset = self.chain.joints[index]
         ratio = self._ratios[index]
         called, along = f"{self.name}_joint{index + 1}", np.array(axis, dtype=float)
         zero = 0.0
@@ -148,8 +162,8 @@ class _Leg:
             followed, shift = self._name_of(follows)
             whole = ratio * self._columns[follows] + offset
             self.couplings.append(Coupling(called, followed, ratio, offset + ratio * shift))
-        if read:
-            called, zero = self._name_of(index)
+        if index in self.read:
+            called, zero = self.read[index]
         placed = end.fixed @ _motion(kind, along, zero)
         joint = Joint(called, "hinge" if kind == "R" else "slide", along)
         self.bodies.append(
@@ -180,9 +194,7 @@ class _Leg:
 
     def _name_of(self, index: int) -> tuple[str, float]:
         """A joint by itself, and its value where the model has it at zero."""
-        if self.chain.joints[index][2]:
-            return f"{self.name}_active", self.own["sensor_offset"]
-        return f"{self.name}_joint{index + 1}", 0.0
+        return self.read.get(index, (f"{self.name}_joint{index + 1}", 0.0))
 
     def _values_of_yaw(self) -> Array:
         """The platform's turn about z."""
@@ -209,7 +221,7 @@ def declared_structure(
     Raises
     ------
     SymkinError
-        Where home is out of reach, a leg has several readings or none, or is of a known chain.
+        Where home is out of reach, or a leg is of a known chain.
     """
     legs = range(len(mechanism.legs))
     chains = [declared_chain(mechanism.chains[leg]) for leg in legs]
@@ -219,16 +231,11 @@ def declared_structure(
                 f"leg {number} is of a known chain and others are declared; a model of bodies and "
                 "joints is written for the ones or the others"
             )
-        if chain.reading:
-            raise MechanismError(
-                "a model of bodies and joints is not written for legs with several readings, nor "
-                "beside others with closures that have none"
-            )
     if np.isnan(mechanism.inverse_kinematics(rows[:1])).any():
         raise SymkinError(f'home of "{mechanism.name}" is out of reach; a model is built there')
     yaw = platform.joints[-1].name
     placed = transforms(mechanism.pose_space, rows)
-    made = [_Leg(leg, mechanism, rows, placed, yaw) for leg in legs]
+    made = [_Leg(leg, mechanism, rows, placed, yaw) for leg in mechanism.leg_readings]
     values: dict[str, Array] = dict(moves)
     far = 0.0
     for leg in made:

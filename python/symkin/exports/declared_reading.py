@@ -191,6 +191,11 @@ def _legs_of(chains: Sequence[str], draft: _Draft, planar: bool) -> list[Leg]:
         for name, frame in draft.frames.items()
         for slot, value in {**dict.fromkeys(_SLOTS, 0.0), **_numbers(frame, planar)}.items()
     }
+    if len(chains) > len(draft.sensors):
+        raise SymkinError(
+            "has legs with equations without a reading beside those that are read; such models are "
+            "written, but not read back"
+        )
     made = []
     for chain, (_, gain, offset) in zip(chains, draft.sensors, strict=True):
         declared = declared_chain(chain)

@@ -431,7 +431,7 @@ def _constraints(root: Element, structure: Structure) -> None:
 
 def _readings(root: Element, mechanism: Mechanism) -> None:
     tendon, sensor = SubElement(root, "tendon"), SubElement(root, "sensor")
-    for leg, gain in enumerate(mechanism.sensor_gains, 1):
+    for leg, gain in enumerate(mechanism.sensor_gains[mechanism.is_read], 1):
         fixed = SubElement(tendon, "fixed", name=f"reading_{leg}")
         SubElement(fixed, "joint", joint=f"leg{leg}_active", coef=_said(1 / gain))
         SubElement(sensor, "tendonpos", name=f"psi_{leg}", tendon=f"reading_{leg}")
@@ -603,9 +603,9 @@ def _about(mechanism: Mechanism, structure: Structure) -> list[str]:
         "platform": mechanism.platform,
         "reading_unit": mechanism.reading_unit,
         "working_modes": mechanism.working_modes,
-        "gains": mechanism.sensor_gains.tolist(),
+        "gains": mechanism.sensor_gains[mechanism.is_read].tolist(),
         "home": workspace_coordinates(mechanism, mechanism.home)[0].tolist(),
-        "readings": mechanism.inverse_kinematics(mechanism.home)[0].tolist(),
+        "readings": mechanism.inverse_kinematics(mechanism.home)[0, mechanism.is_read].tolist(),
     }
     if any(mechanism.leg_info(leg).declared for leg in range(len(mechanism.legs))):
         known |= _of_declared(mechanism, structure)
