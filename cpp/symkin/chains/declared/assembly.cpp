@@ -196,9 +196,11 @@ void Assembly::walk(const Pose& pose, const Joints& joints) {
 }
 
 // Newton's method, or Gauss's where the equations are more; joints that only spin stay. Behind a
-// short step the derivatives serve once more, which mostly ends it.
+// short step the derivatives serve once more, which mostly ends it. Even where two branches meet
+// steps are halved by each step: where they are not by several, the pose is out of reach.
 bool Assembly::newton(const Pose& pose, const std::vector<int>& moving, int rank, Joints& joints) {
   constexpr int kMost = 30;
+  constexpr int kPatience = 6;
   constexpr double kLongest = 0.5;  // m and rad
   constexpr double kShort = 1e-5;
   constexpr double kNoStep = 1e-9;
@@ -206,7 +208,8 @@ bool Assembly::newton(const Pose& pose, const std::vector<int>& moving, int rank
   if (rank == 0) {
     return true;
   }
-  for (int i = 0; i < kMost; ++i) {
+  double shortest = std::numeric_limits<double>::infinity();
+  for (int i = 0, since = 0; i < kMost && since < kPatience; ++i) {
     const PivotedQr qr(loops_.columns(), moving, rank);
     const auto take_step = [&] {
       const Joints step = qr.solve(loops_.residual());
@@ -225,6 +228,8 @@ bool Assembly::newton(const Pose& pose, const std::vector<int>& moving, int rank
     if (largest < kNoStep || (largest < kShort && take_step() < kNoStep)) {
       return true;
     }
+    since = largest < shortest / 2 ? 0 : since + 1;
+    shortest = since == 0 ? largest : shortest;
   }
   return false;
 }
