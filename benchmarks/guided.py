@@ -142,14 +142,14 @@ def session_of(trial: Trial, seed: int, candidates: int) -> dict[str, float]:
     }
 
 
-def plan_of(robot: symkin.Robot, case: Case) -> symkin.Plan:
-    """As many poses as are enough, with as many spares."""
+def plan_of(robot: symkin.Robot, case: Case, needed: int | None) -> symkin.Plan:
+    """So many poses, or as many as are enough, with as many spares."""
     sample = robot.sample_workspace(3000, seed=1)
-    asked = {"observe": case.observe, "estimator": "joint", "design": "mechanism"}
-    curve = symkin.pose_count_curve(robot, sample, [24], **asked, **case.unknowns)
-    needed = curve.for_accuracy(case.accuracy).tried
-    del asked["estimator"]
-    return symkin.make_plan(robot, sample, needed, spares=needed, **asked, **case.unknowns)
+    asked = {"observe": case.observe, "design": "mechanism"} | case.unknowns
+    if needed is None:
+        curve = symkin.pose_count_curve(robot, sample, [24], estimator="joint", **asked)
+        needed = curve.for_accuracy(case.accuracy).tried
+    return symkin.make_plan(robot, sample, needed, spares=needed, **asked)
 
 
 def batch_of(trial: Trial, plan: symkin.Plan) -> dict[str, float]:
@@ -175,11 +175,12 @@ def main() -> None:
     parser.add_argument("robots", nargs="*", default=["3RRR"], choices=[*CASES])
     parser.add_argument("--sessions", type=int, default=40)
     parser.add_argument("--candidates", type=int, default=500)
+    parser.add_argument("--poses", type=int, help="of the plan; as many as are enough")
     parser.add_argument("--kinds", nargs="*", default=KINDS, choices=KINDS)
     given = parser.parse_args()
     for name in given.robots:
         robot, case = symkin.load(name), CASES[name]
-        plan = plan_of(robot, case)
+        plan = plan_of(robot, case, given.poses)
         print(f"{name}, {given.sessions} sessions each, accuracy {1e3 * case.accuracy:g} mm")
         print(
             "             rows  tries  reached    met  alarmed  found after  seconds a row | "

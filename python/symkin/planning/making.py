@@ -51,6 +51,7 @@ Poses = NDArray[np.float64]
 
 _THINNED = 2000  # candidates among which spares are sought
 _TIME_LIMIT = 10.0  # s
+_MOST_KEPT = 100_000  # candidates in a plan: 11 MB of its file
 
 
 @checks()
@@ -343,10 +344,25 @@ def _assemble(demands: _Demands, chosen: Sequence[_Chosen], kept: Clearance) -> 
             choices=tuple(found.record(len(mechanism.legs)) for found in chosen),
             survey=demands.survey,
         ),
-        candidates=demands.candidates if demands.sample is None else demands.sample,
+        candidates=_kept(demands),
         measured=demands.measured,
         confidence=demands.confidence,
     )
+
+
+def _kept(demands: _Demands) -> WorkspaceSample | Poses:
+    """The candidates, or as many as a plan keeps, evenly spread over them."""
+    sample = demands.sample
+    if sample is None:
+        return np.ascontiguousarray(thinned(demands.candidates, _MOST_KEPT))
+    columns = ("poses", "readings", "conditions", "shown", "as_drawn")
+    values = {name: getattr(sample, name) for name in columns}
+    kept: dict[str, Any] = {
+        name: np.ascontiguousarray(thinned(each, _MOST_KEPT))
+        for name, each in values.items()
+        if each is not None
+    }
+    return replace(sample, **kept)
 
 
 def _images(mechanism: Mechanism, elements: Sequence[Carrying], poses: Poses) -> Poses:

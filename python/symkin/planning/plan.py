@@ -66,7 +66,9 @@ class Plan(Result):
     basis : PlanBasis or None
         How it was made; None for a plan that was read from a file.
     candidates : WorkspaceSample, ndarray or None
-        What the poses were chosen from.
+        What the poses were chosen from, of more than 100 000 candidates as many or fewer, evenly
+        spread over them: errors are averaged over them and figures show them. `basis` has the
+        number of all.
     measured : Measurements or None
         What is measured already, to which it adds.
     confidence : float

@@ -45,17 +45,19 @@ def workspace_section(mechanism: Mechanism, candidates: WorkspaceSample, plan: P
         f"Candidates (small dots{turns}) and the chosen poses (large markers).",
         plotted("poses", candidates, sets, labels),
     )
+    number = len(candidates) if plan.basis is None else plan.basis.candidates
     paragraph = (
-        f"{plural(len(candidates), 'pose')} that every leg reaches, in the aspect of home and away "
+        f"{plural(number, 'pose')} that every leg reaches, in the aspect of home and away "
         "from singularities, are the candidates for measurement, and the poses over which errors "
         "are averaged."
     )
-    return Section("workspace", "Workspace", [paragraph], [sampling_table(candidates), poses])
+    table = sampling_table(candidates, number)
+    return Section("workspace", "Workspace", [paragraph], [table, poses])
 
 
-def sampling_table(sample: WorkspaceSample) -> Table:
-    """Poses drawn, rejected and kept."""
-    kept, drawn = len(sample), sample.drawn
+def sampling_table(sample: WorkspaceSample, kept: int | None = None) -> Table:
+    """Poses drawn, rejected and kept, of which the sample may hold some."""
+    kept, drawn = len(sample) if kept is None else kept, sample.drawn
     surplus = drawn - kept - sum(sample.rejected.values())
     rows = [("drawn from the box", count(drawn), share(drawn, drawn))]
     rows += [

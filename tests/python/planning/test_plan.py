@@ -165,6 +165,18 @@ def test_candidates_are_a_number_or_poses(paper):
     assert np.array_equal(by_number.poses, by_poses.poses)
 
 
+def test_of_very_many_candidates_a_plan_keeps_some_and_the_number_of_all(paper, tmp_path):
+    sample = symkin.sample_workspace(paper, 100_001, 1)
+    plan = symkin.make_plan(paper, sample, 12, spares=0)
+    assert np.array_equal(plan.candidates.poses, sample.poses[::2])
+    assert np.array_equal(plan.candidates.conditions, sample.conditions[::2])
+    assert plan.basis.candidates == 100_001
+    assert "100 001" in plan.report(tmp_path / "plan.html").read_text("utf-8").replace("\xa0", " ")
+    assert np.array_equal(
+        symkin.make_plan(paper, sample.poses, 12, spares=0).candidates, sample.poses[::2]
+    )
+
+
 def test_a_time_limit_goes_with_a_proof(paper, candidates):
     with pytest.raises(symkin.SymkinError, match='the method is "exchange"'):
         symkin.make_plan(paper, candidates, 10, time_limit=1.0)
