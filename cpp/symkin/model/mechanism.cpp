@@ -12,6 +12,11 @@
 namespace symkin {
 namespace {
 
+// What an overconstrained mechanism wants.
+constexpr const char* kLooser =
+    "more joints that turn or slide freely, or a platform that moves as it is meant to, such as "
+    "\"translating\"";
+
 // Throws where the leg is not possible; of what it does not have the value becomes zero.
 void check_leg(const ChainInfo& info, Leg& leg, std::size_t number) {
   const std::string where = "leg " + std::to_string(number) + " of chain " + std::string(info.name);
@@ -113,8 +118,8 @@ Mechanism::Mechanism(std::string name, const ChainModel* chain, LegModels models
       throw InvalidInput("mechanism \"" + name_ + "\" is overconstrained: " +
                          std::to_string(leg_count()) + " legs of " + std::to_string(closures()) +
                          " equations bind more than the platform's 6 coordinates, so that it does "
-                         "not assemble with any error; expected a platform that moves as it is "
-                         "meant to, such as \"translating\"");
+                         "not assemble with any error; expected fewer legs, " +
+                         kLooser);
     }
     throw InvalidInput("mechanism \"" + name_ + "\" has " + std::to_string(leg_count()) +
                        " legs of chain " + std::string(info().name) + "; expected " +
@@ -138,10 +143,9 @@ void Mechanism::check_bound() const {
                            " readings and " + number(dof() - mobility()) +
                            " equations that bind its platform";
   if (reading_count() > mobility()) {
-    throw InvalidInput(what + ", so that it does not assemble with any error; expected " +
-                       number(dof()) + " together, the platform's coordinates: fewer joints that " +
-                       "are read, more that turn or slide freely, or a platform that moves as it " +
-                       "is meant to, such as \"translating\"");
+    throw InvalidInput(
+        what + ", so that it does not assemble with any error; expected " + number(dof()) +
+        " together, the platform's coordinates: fewer joints that are read, " + kLooser);
   }
   if (reading_count() < mobility()) {
     throw InvalidInput(
