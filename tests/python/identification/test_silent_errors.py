@@ -629,6 +629,18 @@ def test_poses_that_nobody_planned_are_no_reason_for_doubt(changes):
         assert changes or {"parameters-weak", "parameters-unneeded"} & notes
 
 
+def test_poses_that_hardly_tell_parameters_apart_do_with_tolerances_as_priors():
+    """Between circles of unlike radii a base's height is almost the offset of the sensors."""
+    robot = symkin.load_mechanism("3RPS")
+    parameters = robot.parameters.copy()
+    parameters[:, robot.parameter_names.index("platform_radius")] = 0.44
+    robot = robot.with_parameters(parameters)
+    taken = at_random(robot, 2).for_all_legs()
+    (told, *_) = symkin.identify(robot, taken).doubts
+    assert told.code == "parameters-alike"
+    assert symkin.identify(robot, taken, **told.options).trustworthy
+
+
 def test_noise_estimated_from_rows_that_do_not_belong_together_is_no_excuse_for_them():
     """Estimated as a fifth of a metre, it leaves a robot that is as likely as the drawing."""
     robot = symkin.load_mechanism("rotary_delta")

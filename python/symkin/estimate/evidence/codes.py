@@ -99,7 +99,7 @@ DOUBTS: Mapping[str, Code] = {
     # Too little was measured.
     "parameters-alike": Code(
         "{legs}: the poses hardly tell its parameters apart (condition number {size:.3g})",
-        "measure further out, or choose poses with a plan",
+        "measure further out, choose poses with a plan, or identify with {options}",
     ),
     "nothing-to-spare": Code(
         "{who}no pose to spare, so the noise cannot be checked and nothing can speak against the "

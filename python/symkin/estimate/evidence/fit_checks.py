@@ -81,7 +81,8 @@ def doubts_of_poses(found: Found) -> Iterator[Doubt]:
     """Poses that are too much alike, which they may be for an estimate alone that went astray."""
     for number, leg in enumerate(found.legs):
         if not leg.condition <= CONDITION_LIMIT:
-            yield Doubt("parameters-alike", (number,), size=leg.condition)
+            options = {"prior": "tolerances"}
+            yield Doubt("parameters-alike", (number,), size=leg.condition, options=options)
         if len(leg.rejected) > 0.2 * len(leg.rows):
             rejected = tuple(found.measurements.row_numbers[leg.rejected].tolist())
             yield Doubt("many-rejected", (number,), rejected, figures={"total": len(leg.rows)})
