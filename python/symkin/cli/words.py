@@ -89,21 +89,19 @@ def _missing_option(found: re.Match[str], error: Any) -> str:
 
 
 def _no_number(found: re.Match[str], _: Any) -> str:
-    said = found[2]
-    for pattern, words in _NUMBERS.items():
-        if limit := re.match(pattern, said):
-            return f"{found[1]}: expected {words}{''.join(limit.groups())}"
-    return f"{found[1]}: {said}"
+    return f"{found[1]}: expected {'a whole number' if found[2] == 'int' else 'a number'}"
 
 
-_NUMBERS = {
-    r"Input should be a valid integer.*": "a whole number",
-    r"Input should be a valid number.*": "a number",
-    r"Input should be greater than or equal to (.*)": "at least ",
-    r"Input should be less than or equal to (.*)": "at most ",
-    r"Input should be greater than (.*)": "more than ",
-    r"Input should be less than (.*)": "less than ",
-}
+def _out_of_range(found: re.Match[str], _: Any) -> str:
+    """Say the end of the range that a value is beyond, as ``0<=x<=9`` or ``x>0`` has it."""
+    name, value, low, above, below, high = found.groups()
+    if below is not None and below.startswith(">"):  # an end without the other
+        low, above, high = high, below.replace(">", "<"), None
+    if low is None or (high is not None and float(value) > float(low)):
+        return f"{name}: expected {'at most' if below == '<=' else 'less than'} {high}"
+    return f"{name}: expected {'at least' if above == '<=' else 'more than'} {low}"
+
+
 # What typer says, and how it is said here.
 _WORDS: Mapping[str, Callable[[re.Match[str], Any], str]] = {
     r"Got unexpected extra arguments?(?:\(s\))? \((.*)\)": _extra,
@@ -118,7 +116,9 @@ _WORDS: Mapping[str, Callable[[re.Match[str], Any], str]] = {
     r"Missing option '(--[^ ']*).*?'(?:\. Choose from: (.*))?": _missing_option,
     r"Option '(.*)' requires an argument": _no_value,
     r"Option '(.*)' does not take a value": lambda found, _: f"{found[1]} takes no value",
-    r"Invalid value for '(--[^ ']*).*?': (Input should be .*)": _no_number,
+    r"Invalid value for '(--[^ ']*).*?': '.*' is not a valid (int|float).*": _no_number,
+    r"Invalid value for '(--[^ ']*).*?': (\S+) is not in the range "
+    r"(?:(\S+?)(<=?))?x(?:([<>]=?)(\S+))?": _out_of_range,
     r"Invalid value for '(--[^ ']*).*?': '(.*?)' is not one of (.*)": lambda found, _: (
         f'{found[1]} is "{found[2]}"; expected one of {found[3].replace(chr(39), "")}'
     ),
