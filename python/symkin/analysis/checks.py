@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
@@ -196,7 +197,7 @@ class CheckResult(Result):
         """Whether some combination of a leg's parameters is shown by no pose of the workspace."""
         return any(leg.unseen for leg in self.observability)
 
-    @property
+    @cached_property
     def weak(self) -> Mapping[str, float]:
         """Parameters that the drawing knows better than measurements will, and how many times.
 
@@ -209,7 +210,8 @@ class CheckResult(Result):
             return {}
         found: dict[str, float] = {}
         sets = self.leg_poses
-        for leg in dict.fromkeys(each.reference for each in self.origins):
+        firsts = {each: readings[0] for readings in mechanism.leg_readings for each in readings}
+        for leg in dict.fromkeys(firsts[each.reference] for each in self.origins):
             for name, times in _over_tolerances(mechanism, leg, sets[leg]):
                 if times > UNKNOWN:
                     found[name] = max(times, found.get(name, 0.0))

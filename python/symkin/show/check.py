@@ -116,7 +116,8 @@ def _headlines(result: CheckResult) -> list[Headline]:
     if ranks[worst] == counts[worst]:
         shown = "all " + " or ".join(map(str, sorted(set(counts))))
     weak = len(result.weak)
-    remark = f"of every leg, {weak} worse than the drawing" if weak else "of every leg"
+    remark = "of every leg" if len(mechanism.leg_readings) > 1 else "of the one leg"
+    remark += f", {weak} worse than the drawing" if weak else ""
     more = "by default; symkin pose-count"
     headlines = [
         ("Parameters that poses show", shown, remark),
@@ -185,12 +186,13 @@ def _measurable(result: CheckResult) -> list[str]:
 
 def _weak(result: CheckResult) -> list[str]:
     """Name what measurements will hardly say, and what to do about it."""
-    if not result.weak:
+    weak = result.weak
+    if not weak:
         return []
-    told = [f"{name} {significant(times, 2)}" for name, times in result.weak.items()]
-    worst = max(result.weak, key=lambda name: result.weak[name])
+    told = [f"{name} {significant(times, 2)}" for name, times in weak.items()]
+    worst = max(weak, key=lambda name: weak[name])
     return [
-        f"The drawing will know {', '.join(result.weak)} better than "
+        f"The drawing will know {', '.join(weak)} better than "
         f"{result.mechanism.protocol.pose_count} measured poses do (standard deviations in "
         f"tolerances: {', '.join(told)}). What they do to the platform is shown: identify with "
         f"--prior tolerances, or hold one of them, as by --fixed {worst}"

@@ -252,6 +252,9 @@ def test_robots_scatter_as_their_estimates_say(robot: symkin.Mechanism, plan: sy
 def test_a_robot_that_is_one_leg_is_identified() -> None:
     robot = symkin.load_mechanism(FOLDER / "quattro.toml")
     assert robot.leg_readings == ((0, 1, 2, 3, 4, 5),)
+    checked = symkin.check_mechanism(robot).text()
+    assert "All of it is one leg" in checked
+    assert "of the one leg" in checked
     plan = symkin.plan(robot, 24, candidates=100)
     actual = disturb(robot, seed=1)
     measured = symkin.simulate(robot, plan, 1, actual=actual).measurements
