@@ -39,7 +39,7 @@ from symkin.model.symmetry.groups import core_pairs, mechanism_groups
 from symkin.model.tolerances import UNKNOWN
 from symkin.options import checks
 from symkin.results import Result
-from symkin.values import Value, field, plain, record
+from symkin.values import FrozenMapping, Value, field, plain, record
 
 __all__ = ["CheckResult", "HomePose", "LegOrigin", "check_mechanism", "undefined_angles"]
 
@@ -207,7 +207,7 @@ class CheckResult(Result):
         """
         mechanism = self.mechanism
         if self.sample is None or self.blind or not any(mechanism.noise.deviations.values()):
-            return {}
+            return FrozenMapping()
         found: dict[str, float] = {}
         sets = self.leg_poses
         firsts = {each: readings[0] for readings in mechanism.leg_readings for each in readings}
@@ -215,7 +215,7 @@ class CheckResult(Result):
             for name, times in _over_tolerances(mechanism, leg, sets[leg]):
                 if times > UNKNOWN:
                     found[name] = max(times, found.get(name, 0.0))
-        return found
+        return FrozenMapping(found)
 
     @property
     def verdict(self) -> str:
