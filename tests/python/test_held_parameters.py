@@ -77,6 +77,21 @@ def test_every_estimator_finds_the_others_and_keeps_what_is_held(delta, measured
     assert not found.parameter_covariance[:, held.ravel()].any()
 
 
+@pytest.mark.parametrize("estimator", ["implicit", "joint"])
+def test_what_is_held_is_asked_of_the_drawing_and_not_of_what_is_found(estimator):
+    robot = symkin.load_mechanism("3RPS")
+    circles = robot.parameters.copy()
+    circles[:, robot.parameter_names.index("platform_radius")] = 0.4501  # and the base's is 0.5
+    drawn = robot.with_parameters(circles, symmetry=None)
+    assert drawn.held == (("base_height",),) * 3
+    taken = simulate(drawn, make_plan(drawn, symkin.sample_workspace(drawn, 500)), seed=3)
+    assert taken.actual.held != drawn.held  # of circles that are less alike than drawn
+    found = symkin.identify(drawn, taken.measurements, estimator)
+    assert found.mechanism.held != drawn.held
+    np.testing.assert_array_equal(np.isfinite(found.deviations), drawn.is_estimated)
+    assert found.trustworthy, found.doubts
+
+
 def test_the_calibrated_file_has_no_deviation_for_what_is_held(delta, measured, tmp_path):
     found = symkin.identify(delta, measured.measurements)
     found.save_calibrated(tmp_path / "calibrated.toml")

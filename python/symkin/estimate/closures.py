@@ -51,7 +51,7 @@ def _legs(found: Found) -> Iterator[_Leg]:
         noisy = (by_pose * variances) @ by_pose.swapaxes(1, 2)
         half = np.linalg.cholesky(noisy + by_reading @ by_reading.swapaxes(1, 2))
         residual = at.closure.reshape(-1, k, 1)
-        by_own = at.by_parameters[:, robot.estimated[leg]].reshape(len(fit.rows), k, -1)
+        by_own = at.by_parameters[:, found.nominal.estimated[leg]].reshape(len(fit.rows), k, -1)
         white, by_unknowns = np.linalg.solve(half, residual), np.linalg.solve(half, by_own)
         kept = ~np.isin(fit.rows, fit.rejected)
         information = np.einsum("nki,nkj->ij", by_unknowns[kept], by_unknowns[kept])

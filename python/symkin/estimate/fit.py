@@ -55,7 +55,7 @@ def by_leg(mechanism: Mechanism, measurements: Measurements, options: EstimateOp
         mechanism, result.parameters, result.covariance, measurements.poses
     )
     if result.converged:
-        _require_deviations(calibrated)
+        _require_deviations(mechanism, calibrated)
     alone, found = mechanism, calibrated
     if mechanism.frames is not None:
         alone, found = (each.replace(frames=None) for each in (alone, found))
@@ -171,9 +171,9 @@ def _require_poses(mechanism: Mechanism, measurements: Measurements, poses: Pose
     used.require([-(-count // mechanism.closures) for count in mechanism.estimated_counts])
 
 
-def _require_deviations(calibrated: Mechanism) -> None:
+def _require_deviations(mechanism: Mechanism, calibrated: Mechanism) -> None:
     found = np.isfinite(np.asarray(calibrated.deviations))
-    unknown = np.argwhere(calibrated.is_estimated & ~found)
+    unknown = np.argwhere(mechanism.is_estimated & ~found)
     if len(unknown):
         leg, parameter = unknown[0]
         raise NotIdentifiableError(

@@ -222,12 +222,13 @@ class _Robot:
 
     def _figures(self, cell: Cell, simulation: Simulation) -> dict[str, Any]:
         options = EstimateOptions(cell.estimator, cell.use, cell.loss)
-        fit = by_leg(self._job.mechanism(cell), simulation.measurements, options)
+        mechanism = self._job.mechanism(cell)
+        fit = by_leg(mechanism, simulation.measurements, options)
         after = evaluate(
             fit.mechanism, actual=simulation.actual, poses=self._job.poses[cell.mechanism]
         )
         off = np.abs(fit.mechanism.parameters - simulation.actual.parameters)
-        estimated = fit.mechanism.is_estimated
+        estimated = mechanism.is_estimated
         return {
             "converged": fit.converged,
             "failure": fit.failure,
