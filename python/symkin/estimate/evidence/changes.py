@@ -8,6 +8,7 @@ explain is taken out. All terms together alarm for one of 1000 sound robots, hal
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -26,7 +27,7 @@ from symkin.estimate.covariates import (
     observations_of,
 )
 from symkin.estimate.evidence.findings import Doubt
-from symkin.estimate.evidence.residuals import ALARMS
+from symkin.estimate.evidence.residuals import ALARMS, BETTER
 from symkin.estimate.fit import FALSE_ALARMS
 from symkin.estimate.found import Found
 from symkin.estimate.kept import once
@@ -474,11 +475,21 @@ def whole_change(doubts: Sequence[Doubt]) -> Doubt | None:
 
 
 def doubts_of_changes(tests: Sequence[ChangeTest]) -> Iterator[Doubt]:
-    """Say what changed most: other terms often show a part of the same."""
+    """Say what changed most, and what explains as much: other terms often show a part of it."""
     alarms = [each for each in tests if each.alarms]
+    alarms.sort(key=lambda each: (each.p_value / each.limit, -abs(each.statistic)))
     if not alarms:
         return
-    worst = min(alarms, key=lambda each: (each.p_value / each.limit, -abs(each.statistic)))
+    worst, told = alarms[0], dict[tuple[str, bool], ChangeTest]()
+    for each in alarms:
+        as_much = worst.statistic**2 - each.statistic**2 < BETTER
+        if as_much and each.whole >= worst.whole:
+            told.setdefault((each.what, each.leg < 0), each)
+    first, *others = (_doubt_of(each, alarms) for each in told.values())
+    yield dataclasses.replace(first, others=tuple(others))
+
+
+def _doubt_of(worst: ChangeTest, alarms: Sequence[ChangeTest]) -> Doubt:
     legs = (worst.leg,) if worst.leg >= 0 else ()
     component = worst.name.partition(".")[2]
     figures = {
@@ -494,7 +505,7 @@ def doubts_of_changes(tests: Sequence[ChangeTest]) -> Iterator[Doubt]:
         lags = {each.name for each in alarms if each.what == "lag"}
         figures["shown"] = "poses" if len(lags) > 1 else _SHOWN[component]
     rows = (worst.row,) if worst.what == "step" else ()
-    yield Doubt(
+    return Doubt(
         _CODES[worst.what], legs, rows, worst.size, worst.p_value, figures, asked_for(worst)
     )
 

@@ -25,6 +25,7 @@ from symkin.estimate.evidence.bodies import AsPoses
 from symkin.estimate.evidence.edits import corrections_of, pairs_of
 from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.evidence.look_alikes import look_alikes
+from symkin.estimate.evidence.residuals import BETTER
 from symkin.estimate.evidence.screen import FIRST, Screen, ShortList
 from symkin.estimate.evidence.trial import LITTLE, SECOND, Correction, Statement, per_degree
 from symkin.estimate.evidence.watching import is_watched
@@ -46,7 +47,6 @@ _TOO_GOOD = 0.1  # per degree of freedom; with few degrees it may be chance
 # Causes that say of a parameter that the drawing has it wrong; an empty name is a figure of theirs.
 _OF_THE_DRAWING = {"gain": "sensor_gain", "zero": "sensor_offset", "held-factor": ""}
 _EXPLAINED = 3.0  # per degree of freedom, at most, of what is named as the cause
-_BETTER = 20.0  # of chi-square: corrections that differ by less are not told apart
 # Poses (without and with unknown frames) and steps of first looks, which what is mistaken does not
 # survive, and how many do.
 _LOOKS = ((2, 5, 4, 24), (12, 12, 6, 8))
@@ -319,7 +319,7 @@ def _with_look_alikes(stated: Correction, hypotheses: list[Hypothesis]) -> list[
     tried = (_told(each, each.fit(SECOND[1]), proposed=True) for each in look_alikes(stated))
     alike = [each for each in tried if each.explained]
     best = min((*proposed, *alike), key=lambda each: each.chi_square)
-    most = best.chi_square + _BETTER * max(best.per_degree, 1.0)
+    most = best.chi_square + BETTER * max(best.per_degree, 1.0)
     return [
         dataclasses.replace(each, proposed=each.proposed and each.chi_square <= most)
         for each in (*hypotheses, *alike)
@@ -401,7 +401,7 @@ def _explains(
     gained = (before - after) * fit.goodness.degrees_of_freedom
     whole = fit.goodness.chi_square <= fit.goodness.limit
     if weak and (whole if freed else after < _EXPLAINED):
-        return gained > (2 * _BETTER if freed else _BETTER)
+        return gained > (2 * BETTER if freed else BETTER)
     if after * LITTLE >= before:
         return False
     by_residuals = float(np.nansum(fit.chi_squares)) > fit.goodness.chi_square / 2
@@ -420,7 +420,7 @@ def _rivals(tried: Iterable[tuple[Correction, _core.JointFit | None]]) -> list[C
     _, least, share = min(found, key=lambda each: each[1])
     # Where the model lacks something, all are worse by as much.
     found.sort(key=lambda each: each[1])
-    near = [each for each, value, _ in found if value <= least + _BETTER * max(share, 1.0)]
+    near = [each for each, value, _ in found if value <= least + BETTER * max(share, 1.0)]
     fewest = min(each.wide for each in near)
     near = [each for each in near if each.wide == fewest and not _is_wider(each, near)]
     # Rows in another order can do much that is done by less.

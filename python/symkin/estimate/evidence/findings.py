@@ -49,7 +49,7 @@ class _Finding(Value):
     then : tuple of Doubt
         Of a cause: what else is wrong once that is corrected.
     others : tuple of Doubt
-        Of a cause: others that explain the data as well.
+        Others that explain the data as well.
     """
 
     CODES: ClassVar[Mapping[str, Code]] = {}
@@ -150,10 +150,16 @@ class Doubt(_Finding):
 
     def __str__(self) -> str:
         """Return it as a sentence."""
-        if not self.is_cause:
-            return super().__str__()
-        likely, every = self.figures["_likely"], (self, *self.others)
+        every = (self, *self.others)
         causes = ", or as well: ".join(each.words for each in every)
+        remedies = (
+            "; then ".join(filter(None, (one.remedy for one in (each, *each.then))))
+            for each in every
+        )
+        remedy = ", or: ".join(dict.fromkeys(remedies))
+        if not self.is_cause:
+            return "; ".join(filter(None, (causes, remedy)))
+        likely = self.figures["_likely"]
         said = ("likely cause: " if likely["whole"] else "part of what is wrong may be: ") + causes
         if self.code != "gross-errors":
             stated = likely["before"]
@@ -163,11 +169,7 @@ class Doubt(_Finding):
                 f"{likely['after']:.3g} per degree of freedom, before {before}"
                 f"{'' if likely['whole'] else '; that is more than the noise explains'})"
             )
-        remedies = (
-            "; then ".join(filter(None, (one.remedy for one in (each, *each.then))))
-            for each in every
-        )
-        return f"{said}; {', or: '.join(dict.fromkeys(remedies))}"
+        return f"{said}; {remedy}"
 
 
 @record

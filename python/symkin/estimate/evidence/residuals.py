@@ -27,6 +27,7 @@ from symkin.values import Value, field, record
 
 __all__ = [
     "ALARMS",
+    "BETTER",
     "HARMFUL",
     "Diagnosed",
     "Help",
@@ -43,6 +44,7 @@ Help = Callable[[str], str | None]
 HARMFUL = "; allowing for it predicts poses that the fit did not see worse"
 
 ALARMS = FALSE_ALARMS / 2  # of one kind of test of the residuals, for a sound robot
+BETTER = 20.0  # of chi-square: causes that differ by less are not told apart
 
 
 @record
