@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "bindings.hpp"
 #include "symkin/chains/registry.hpp"
+#include "symkin/estimation/unknowns.hpp"
 #include "symkin/kinematics/inverse_kinematics.hpp"
 #include "symkin/model/mechanism.hpp"
 #include "symkin/model/pose_space.hpp"
@@ -154,6 +155,8 @@ void bind_mechanism(py::module_& module) {
       .def_property_readonly("parameters", &Mechanism::parameters)
       .def_property_readonly("estimated_parameters",
                              [](const Mechanism& self) { return self.estimated_parameters(); })
+      .def_property_readonly("growing_parameters",
+                             [](const Mechanism& self) { return symkin::growing_parameters(self); })
       .def("with_parameters", &Mechanism::with_parameters, py::arg("parameters"))
       .def("counted_from", &symkin::counted_from, py::arg("home"))
       .def(

@@ -572,6 +572,9 @@ class Mechanism:
     def free_coordinates(self) -> list[int]:
         ...
     @property
+    def growing_parameters(self) -> list[list[int]]:
+        ...
+    @property
     def leg_count(self) -> int:
         ...
     @property

@@ -133,6 +133,26 @@ bool is_length(const ChainInfo& chain, const ParameterInfo& parameter) {
          kind != ParameterKind::absent;
 }
 
+bool grows(const ChainInfo& chain, const ParameterInfo& parameter) {
+  const bool of_length =
+      parameter.role.kind == ParameterKind::gain && !is_angle(chain.active_joint);
+  return of_length || is_length(chain, parameter);
+}
+
+std::vector<std::vector<Index>> growing_parameters(const Mechanism& mechanism) {
+  std::vector<std::vector<Index>> all;
+  for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
+    const ChainInfo& chain = mechanism.model(leg).info();
+    std::vector<Index>& growing = all.emplace_back();
+    for (std::size_t i = 0; i < chain.parameters.size(); ++i) {
+      if (grows(chain, chain.parameters[i])) {
+        growing.push_back(static_cast<Index>(i));
+      }
+    }
+  }
+  return all;
+}
+
 double longest_length(const Mechanism& mechanism, const Setup& setup) {
   double longest = 0;
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {

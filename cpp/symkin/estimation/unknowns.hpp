@@ -15,7 +15,7 @@ namespace symkin {
 struct LegCovariate {
   enum class Of {
     reading,  // the sensor shows slope times the covariate more
-    lengths,  // every length is 1 + slope times the covariate times its own
+    lengths,  // every length is 1 + slope times the covariate times its own: see grows()
   };
   std::string name;
   Of of = Of::reading;
@@ -94,6 +94,10 @@ std::vector<std::string> unknown_names(const Mechanism& mechanism, const Setup& 
 
 // Whether a parameter of a chain is a length that is there.
 bool is_length(const ChainInfo& chain, const ParameterInfo& parameter);
+// Whether it goes with the size of the robot: also by how much a length changes with a reading.
+bool grows(const ChainInfo& chain, const ParameterInfo& parameter);
+// For each leg the places of those, ascending.
+std::vector<std::vector<Index>> growing_parameters(const Mechanism& mechanism);
 
 // The robot's longest length; 1 of one that has none. Lengths are compared with it, so that nothing
 // depends on their unit.

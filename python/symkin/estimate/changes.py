@@ -112,13 +112,10 @@ def _growths(changes: Changes) -> Array | None:
 
 
 def _lengths(mechanism: Mechanism) -> Array:
-    """Parameters that are lengths, else zero, shape (legs, p)."""
+    """Parameters that go with the size of a robot, else zero, shape (legs, p)."""
     lengths = np.zeros(mechanism.parameters.shape)
-    for leg in range(len(mechanism.legs)):
-        units, roles = mechanism.parameter_units(leg), mechanism.parameter_roles(leg)
-        for i, (unit, role) in enumerate(zip(units, roles, strict=True)):
-            if unit == "m" and not role.is_constant and role.kind not in ("gain", "absent"):
-                lengths[leg, i] = mechanism.parameters[leg, i]
+    for leg, growing in enumerate(mechanism.core.growing_parameters):
+        lengths[leg, growing] = mechanism.parameters[leg, growing]
     return lengths
 
 

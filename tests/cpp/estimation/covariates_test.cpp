@@ -136,7 +136,7 @@ TEST(Covariates, SlopesAreEstimatedWithAllElse) {
         RowMatrix grown = of.mechanism.parameters();
         const ChainInfo& chain = of.mechanism.model(leg).info();
         for (Index k = 0; k < grown.cols(); ++k) {
-          if (is_length(chain, chain.parameters[static_cast<std::size_t>(k)])) {
+          if (grows(chain, chain.parameters[static_cast<std::size_t>(k)])) {
             grown(leg, k) *= 1 + growth;
           }
         }

@@ -218,6 +218,37 @@ def test_growth_goes_with_the_temperature_about_its_mean(paper, plan):
     assert abs(growth.value - 2e-4) < 4 * growth.deviation
 
 
+@pytest.mark.parametrize(
+    "name", ["3RRR", "2RRR_PRP", "3RPS", "linear_delta", "hexapod_jugglebot", "hexa", "tricept"]
+)
+def test_a_robot_that_grows_is_the_same_enlarged(name):
+    robot = symkin.load_mechanism(name)
+    poses = symkin.sample_workspace(robot, 20).poses
+    grown = robot.parameters.copy()
+    for leg, growing in enumerate(robot.core.growing_parameters):
+        grown[leg, growing] *= 1.01
+    larger = poses * np.where(np.arange(poses.shape[1]) < robot.space.size, 1.01, 1.0)
+    np.testing.assert_allclose(
+        robot.with_parameters(grown, symmetry=None).inverse_kinematics(larger),
+        robot.inverse_kinematics(poses),
+        atol=1e-12,
+    )
+
+
+def test_where_a_growth_looks_like_a_drift_of_the_device_both_are_told():
+    robot = symkin.load_mechanism("3RPS")
+    taken = symkin.simulate(
+        robot, symkin.plan(robot, 40, candidates=500, design="mechanism", seed=1), 1
+    ).measurements
+    poses = np.array(taken.poses)
+    poses[:, :3] *= 1 + np.linspace(0, 5e-4, len(poses))[:, None]
+    (doubt,) = symkin.identify(robot, dataclasses.replace(taken, poses=poses)).doubts
+    assert {each.code for each in (doubt, *doubt.others)} == {"grows", "drifts"}
+    assert "or as well: " in str(doubt)
+    assert "growth=True" in str(doubt)
+    assert 'drift=["frame"]' in str(doubt)
+
+
 def test_the_side_that_a_leg_comes_from_is_the_column_or_the_reading_before(paper, sound):
     taken = sound.measurements
     moves = last_moves(paper, taken)

@@ -234,7 +234,7 @@ void LatentPoses::linearise_growing(const LegModel& model, const Vector& paramet
   for (Index i = 0; i < poses.rows(); ++i) {
     Vector scales = Vector::Ones(parameters.size());
     for (Index k = 0; k < scales.size(); ++k) {
-      if (is_length(chain, chain.parameters[at_index(k)])) {
+      if (grows(chain, chain.parameters[at_index(k)])) {
         scales[k] += growths[i];
       }
     }
@@ -253,7 +253,7 @@ void LatentPoses::add_covariates(const Setup& setup, const Vector& growths, Inde
   const ChainInfo& chain = mechanism_.model(leg).info();
   Vector lengths = Vector::Zero(setup.parameters.cols());
   for (Index k = 0; k < lengths.size(); ++k) {
-    if (is_length(chain, chain.parameters[at_index(k)])) {
+    if (grows(chain, chain.parameters[at_index(k)])) {
       lengths[k] = setup.parameters(leg, k);
     }
   }
