@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, TypeAlias
@@ -18,6 +18,7 @@ from symkin.analysis.workspace import workspace_coordinates
 from symkin.estimate.conflict import widened_by
 from symkin.estimate.estimate import Estimate
 from symkin.estimate.survey import SILENT, Survey
+from symkin.guided.regions import Regions
 from symkin.model.mechanism import Mechanism
 from symkin.planning.completion import Completing
 from symkin.planning.visiting import visiting_order
@@ -31,7 +32,6 @@ _MOST = 60  # poses that are planned at most
 _WIDE = 1e3  # times its scale: what is known of an unknown without a prior
 _SPOILT = 10.0  # times the tolerances or the noise: an estimate that is no robot
 _SAME = 1e-7  # m or rad, by which a pose that was written and read again may differ
-_FAILS = 0.1  # share of the poses that fail, as long as nobody has tried
 _AVOIDED = 1.5  # standard deviations of the candidates, around a pose to avoid
 _AMONG = 2000  # candidates over which the error is averaged while poses are chosen
 
@@ -57,9 +57,9 @@ class _Tries:
 
     taken: list[Array] = field(default_factory=list)  # poses, of all candidates that count
     used: set[int] = field(default_factory=set)
-    tried: list[Array] = field(default_factory=list)  # coordinates, in the candidates' deviations
-    failed: list[Array] = field(default_factory=list)
-    avoided: list[Array] = field(default_factory=list)
+    tried: list[int] = field(default_factory=list)  # single poses of the candidates
+    failed: list[int] = field(default_factory=list)
+    avoided: list[int] = field(default_factory=list)
 
 
 _Surveyed: TypeAlias = tuple[Survey, Array, dict[str, Array]]
@@ -89,7 +89,8 @@ class Chooser:
         coordinates = workspace_coordinates(robot, self._poses)
         spread = coordinates.std(axis=0)
         places = coordinates / np.where(spread > 0, spread, 1.0)
-        self._places = places.reshape(*candidates.shape[:2], -1)
+        self._places = places  # of single poses, one candidate's after the other
+        self._regions = Regions(places, robot.space.size, seed)
         self.begin()
 
     def begin(self) -> None:
@@ -117,7 +118,7 @@ class Chooser:
         place = self._place(group)
         if place is not None:
             self._tries.used.add(place)
-            self._tries.tried.extend(self._places[place])
+            self._tries.tried.extend(self._singles(place))
             self._drop(place)
         if not self.queue or self._stale:
             self.planned = False
@@ -135,7 +136,7 @@ class Chooser:
         if place is None:
             return
         self._tries.used.add(place)
-        where = self._places[place, at]
+        where = self._singles(place)[at]
         if counts:
             self._tries.tried.append(where)
             self._tries.failed.append(where)
@@ -152,8 +153,7 @@ class Chooser:
         failed = self._tries.failed
         if len(failed) < 2:
             return False
-        away = np.linalg.norm(np.array(failed[:-1]) - failed[-1], axis=1)
-        return bool((away < _AVOIDED).any())
+        return bool(self._near(failed[-1])[failed[:-1]].any())
 
     def plan(self, estimate: Estimate[Any] | None, confidence: float, again: Array) -> None:
         """Choose the next poses, by the robot as it is known now.
@@ -296,21 +296,23 @@ class Chooser:
         return {"position": found.position_bound, "orientation": found.orientation_bound}
 
     def _chance(self) -> Array:
-        """How likely each candidate can be measured, by what became of those near it."""
-        tries, count = self._tries, self.candidates.shape[:2]
-
-        def weights(places: Sequence[Array]) -> Array:
-            total = np.zeros(count)
-            for place in places:
-                total += np.exp(-np.square(self._places - place).sum(axis=2) / 2)
-            return total
-
-        chance = 1 - (_FAILS + weights(tries.failed)) / (1 + weights(tries.tried))
+        """How likely each candidate can be measured, by what became of the others."""
+        tries = self._tries
+        chance = self._regions.chance(tries.tried, tries.failed)
         for place in tries.avoided:
-            chance[np.linalg.norm(self._places - place, axis=2) < _AVOIDED] = 0
-        chance = np.maximum(chance, 0.0).prod(axis=1)
+            chance[self._near(place)] = 0
+        chance = chance.reshape(self.candidates.shape[:2]).prod(axis=1)
         chance[list(tries.used)] = 0
         return np.asarray(chance)
+
+    def _near(self, place: int) -> NDArray[np.bool_]:
+        away = np.linalg.norm(self._places - self._places[place], axis=1)
+        return np.asarray(away < _AVOIDED)
+
+    def _singles(self, place: int) -> range:
+        """The poses of a candidate among the single ones."""
+        together = self.candidates.shape[1]
+        return range(place * together, (place + 1) * together)
 
     @property
     def _poses(self) -> Array:

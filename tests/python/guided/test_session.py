@@ -51,14 +51,15 @@ def test_a_session_ends_with_two_of_its_first_poses_again(robot, done):
     text = (done.folder / "measured.csv").read_text(encoding="utf-8")
     lines = csv.DictReader(text.splitlines())
     again = [line["repeat_of"] for line in lines if line["status"] != "lost"]
-    assert [each for each in again[-4:] if each] == ["2", "3"]  # since row 1 was lost then
+    assert [each for each in again[-4:] if each] == ["1", "2"]
     assert not any(again[:-4])
-    session = robot.measure(ACCURACY, **FEW)
+    accuracy = 1.05 * ACCURACY
+    session = robot.measure(accuracy, **FEW)
     device = SimulatedDevice(robot, seed=2)
     while not session.progress.closing:
         session.add(device(session.next()))
     rows, more = session.progress.rows, session.progress.more
-    assert session.progress.position_bound > ACCURACY  # these poses count
+    assert session.progress.position_bound > accuracy  # these poses count
     assert more == 2
     session.add(device(session.next()))
     session.fail("occluded")
@@ -182,7 +183,7 @@ def test_pairs_are_asked_for_pose_by_pose_and_measured_at_the_second(tmp_path):
     session.add(device(session.next()))
     ask = session.next()
     row = device(ask)
-    session.add({**row, "pair1_distance_m": row["pair1_distance_m"] + 5e-3})
+    session.add({**row, "pair1_distance_m": row["pair1_distance_m"] + 1e-2})
     assert session.resolve().doubtful == ask.row
     repeats = []
     for _ in ask.partner, ask.row:
