@@ -113,7 +113,7 @@ def test_slices_span_the_tilts_at_heights(bound):
         assert found.usable.any()
     assert study.workspace_group == ("r0", "r1", "r2", "s0", "s1", "s2")
     assert study.text(whole=True)
-    with pytest.raises(SymkinError, match="bind the turn of its platform about Z"):
+    with pytest.raises(SymkinError, match="over two coordinates that they leave it"):
         study_workspace(bound, orientations=[0.1], count=100, resolution=5)
 
 

@@ -40,7 +40,7 @@ from symkin.exports.common import (
     workspace_poses,
 )
 from symkin.exports.models import structure_of
-from symkin.model.chains import Leg
+from symkin.model.chains import Leg, legs_in_words
 from symkin.model.mechanism import Mechanism
 
 Array = NDArray[np.float64]
@@ -126,7 +126,7 @@ def gain_notes(drives: Iterable[str], gains: Iterable[float], change: str) -> li
 
 def require_delta(mechanism: Mechanism, chain: str, unit: str, kind: str, firmware: str) -> None:
     """Refuse a robot that is no delta, or whose drives count something else."""
-    found = f"{len(mechanism.legs)} legs {mechanism.chain}, {mechanism.pose_space}"
+    found = f"{legs_in_words(mechanism.legs)}, {mechanism.pose_space}"
     if (mechanism.chain, mechanism.pose_space, len(mechanism.legs)) != (chain, "translating", 3):
         raise SymkinError(
             f"{firmware} knows {kind}, 3 legs {chain} with a translating platform; "
@@ -405,8 +405,8 @@ def write_linuxcnc(mechanism: Mechanism, options: ExportOptions) -> Written:
     if (mechanism.chain, mechanism.pose_space, len(mechanism.legs)) != ("U[P]S", "spatial", 6):
         raise SymkinError(
             "LinuxCNC has kinematics for hexapods, 6 legs U[P]S, and linear deltas, 3 legs [P]US "
-            f'with a translating platform; "{mechanism.name}" has {len(mechanism.legs)} legs '
-            f"{mechanism.chain}, {mechanism.pose_space}"
+            f'with a translating platform; "{mechanism.name}" has '
+            f"{legs_in_words(mechanism.legs)}, {mechanism.pose_space}"
         )
     if options.endstops:
         raise SymkinError(

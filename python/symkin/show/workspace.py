@@ -15,6 +15,7 @@ from symkin.analysis.workspace.study import (
     ElementCheck,
     ModeSlices,
     WorkspaceStudy,
+    slice_coordinates,
 )
 from symkin.model.chains import legs_in_words
 from symkin.model.mechanism import Mechanism
@@ -162,8 +163,10 @@ def _slices_section(study: WorkspaceStudy) -> Section:
     if not mechanism.space.moves:
         first, title, what = "rz", "Slices", "Slices of the workspace at constant rz"
     if mechanism.bound:
-        first, title = "z", "Slices"
-        what = "Slices of the workspace at constant height, over the tilts"
+        names = [*mechanism.space.units]
+        (x, y), along = slice_coordinates(mechanism)
+        first, title = names[along], "Slices"
+        what = f"Slices of the workspace at constant {first}, over {names[x]} and {names[y]}"
     area = f"Workspace, {across}\N{SUPERSCRIPT TWO}"
     columns = (f"{first}, {at}", area, "Home's side", "Other side", "Aspects")
     table = Table("Areas", columns, groups, brief=True)

@@ -240,10 +240,12 @@ def test_the_command_refuses_what_is_no_angle(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("name", "place", "unit"),
     [("3RRR", "orientation_rad", "m"), ("3RPS", "height_m", "rad"),
-     ("agile_eye", "orientation_rad", "rad")],
+     ("agile_eye", "orientation_rad", "rad"), ("3UPU", "height_m", "m"),
+     ("h4_rods", "orientation_rad", "m"), ("2rps_ups", "orientation_rad", "m")],
 )  # fmt: skip
 def test_a_slice_says_in_which_units_it_is(name: str, place: str, unit: str) -> None:
     study = symkin.study_workspace(symkin.load_mechanism(name), count=100, resolution=11)
     areas = [f"{kind}_{unit}2" for kind in ("reachable_area", "usable_area", "aspect_areas")]
     assert list(study.slices[0].to_dict()) == [place, *areas]
     assert {place, *areas} <= set(study.columns())
+    assert study.slices[1 % len(study.slices)].usable.any()

@@ -60,9 +60,11 @@ class ConstantOrientation(Value):
     ----------
     orientation : float
         rad; of a spatial platform about Z, at home's height and tilt; NaN for a point. Of a
-        platform that the legs bind (3-RPS, 3-PRS) the height instead, m.
+        platform that the legs bind the last coordinate of `slice_coordinates` instead: of a 3-RPS
+        the height, m.
     x, y : ndarray, shape (columns,), (rows,)
-        Centres of the cells, m; of such a platform the tilts rx and ry, rad.
+        Centres of the cells, m; of such a platform the first two of those: of a 3-RPS the tilts rx
+        and ry, rad.
     reach_margin : ndarray, shape (rows, columns)
         Of the leg that is nearest to the end of its reach, m. Zero at a serial (type 1)
         singularity, negative out of reach, infinite where nothing limits it.
@@ -193,8 +195,9 @@ def constant_orientations(
         each side to show where the legs' reach ends.
     orientations : sequence of float, optional
         rad; by default home's, and 0.4 and 0.6 rad on from it, as in the paper. A point platform
-        has one workspace, whatever is given. A platform that the legs bind is shown over its
-        tilts at home's height and those where the box ends, and nothing can be given.
+        has one workspace, whatever is given. A platform that the legs bind is shown over two
+        coordinates that they leave it, see `slice_coordinates`, at home's value of a third and
+        those where the box ends, and nothing can be given.
     resolution : int
         Cells along each side.
 
@@ -218,8 +221,8 @@ def constant_orientations(
     elif mechanism.bound:
         if orientations is not None:
             raise SymkinError(
-                f'the legs of "{mechanism.name}" bind the turn of its platform about Z; its '
-                "workspace is shown over the two tilts, at heights of its own"
+                f'the legs of "{mechanism.name}" bind its platform; its workspace is shown over '
+                "two coordinates that they leave it, at values of a third of its own"
             )
         ends = float(options.lower[along]), float(options.upper[along])
         orientations = sorted({ends[0], float(home[along]), ends[1]})
@@ -236,13 +239,35 @@ def constant_orientations(
 def slice_coordinates(mechanism: Mechanism) -> tuple[list[int], int]:
     """Return the two coordinates that a slice spans, and that at whose value it is taken.
 
-    The first two and the orientation about Z; of a platform that the legs bind the two tilts and
-    the height.
+    The first two and the orientation about Z; of a platform that the legs bind two positions that
+    they leave free, or two turns where these are not as many, and the last of the others.
+
+    Raises
+    ------
+    SymkinError
+        Where the legs leave fewer than three coordinates, or no two of a kind.
     """
-    if mechanism.bound:
-        height, *tilts = mechanism.free
-        return tilts, height
-    return [0, 1], mechanism.space.dof - 1
+    if not mechanism.bound:
+        return [0, 1], mechanism.space.dof - 1
+    positions = [each for each in mechanism.free if each < mechanism.space.size]
+    turns = [each for each in mechanism.free if each not in positions]
+    across = (positions if len(positions) > 1 else turns)[:2]
+    left = [each for each in mechanism.free if each not in across]
+    if len(across) < 2 or not left:
+        raise SymkinError(
+            f'the legs of "{mechanism.name}" leave {len(positions)} positions and {len(turns)} '
+            "turns of its platform free; a workspace is shown over two of a kind and one more"
+        )
+    return across, left[-1]
+
+
+def _slice_units(mechanism: Mechanism) -> tuple[str, str]:
+    """Of the coordinate at whose value a slice is taken, and of those that it spans."""
+    if not mechanism.bound:
+        return "rad", mechanism.space.closure_unit
+    units = [*mechanism.space.units.values()]
+    (first, _), along = slice_coordinates(mechanism)
+    return units[along], units[first]
 
 
 def other_working_modes(mechanism: Mechanism) -> Mechanism | None:
@@ -310,7 +335,7 @@ def _constant_orientation(
         aspects=_connected_regions(side),
         usable=(inside_workspace(mechanism, poses) & _in_box(mechanism, values)).reshape(shape),
         readings=mechanism.inverse_kinematics(poses).reshape(*shape, -1),
-        units=("m", "rad") if mechanism.bound else ("rad", mechanism.space.closure_unit),
+        units=_slice_units(mechanism),
     )
 
 

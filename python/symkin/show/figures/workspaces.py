@@ -227,7 +227,7 @@ def active_joints(study: WorkspaceStudy, *, figure: FigureBase | None = None) ->
     figure = new_figure(10.4, 7.4, figure)
     grid = figure.add_gridspec(2, max(3, len(study.slices)))
     legs = _drawn_legs(study)
-    whole = "all heights" if study.mechanism.bound else "all orientations"
+    whole = "all poses" if study.mechanism.bound else "all orientations"
     clouds = {whole: readings[:, legs]} | {
         _slice_title("", found): found.readings[found.side > 0][:, legs] for found in study.slices
     }
