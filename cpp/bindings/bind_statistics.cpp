@@ -47,14 +47,14 @@ void bind_effects(py::module_& module) {
   module.def("projected_effects", &symkin::projected_effects, py::arg("effects"),
              py::arg("by_frames"), ReleaseGil());
   module.def(
-      "largest_error",
-      [](ConstRows effects, Index rows_per_pose, ConstRows covariances, double probability,
-         double noise_degrees, Index poses, Index draws) {
-        return symkin::largest_error(effects, rows_per_pose, covariances,
-                                     {probability, noise_degrees, poses, draws});
+      "largest_errors",
+      [](ConstRows effects, Index rows_per_pose, Index parts, ConstRows covariances,
+         double probability, double noise_degrees, Index poses, Index draws) {
+        return symkin::largest_errors(effects, rows_per_pose, parts, covariances,
+                                      {probability, noise_degrees, poses, draws});
       },
-      py::arg("effects"), py::arg("rows_per_pose"), py::arg("covariances"), py::arg("probability"),
-      py::arg("noise_degrees") = symkin::kNoiseKnown,
+      py::arg("effects"), py::arg("rows_per_pose"), py::arg("parts"), py::arg("covariances"),
+      py::arg("probability"), py::arg("noise_degrees") = symkin::kNoiseKnown,
       py::arg("poses") = symkin::LargestErrorOptions().poses,
       py::arg("draws") = symkin::LargestErrorOptions().draws, ReleaseGil());
 }

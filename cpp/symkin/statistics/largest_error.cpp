@@ -19,11 +19,18 @@ namespace {
 constexpr std::uint64_t kSeed = 20;
 constexpr Index kBlock = 500;  // draws that are held together
 
-void check(ConstRows effects, Index rows_per_pose, ConstRows covariances,
+using Squares = Eigen::Array<double, 1, Eigen::Dynamic>;  // one for each draw
+
+void check(ConstRows effects, Index rows_per_pose, Index parts, ConstRows covariances,
            const LargestErrorOptions& options) {
   if (rows_per_pose < 1 || effects.rows() % rows_per_pose != 0 || effects.rows() == 0) {
     throw InvalidInput("there are " + std::to_string(effects.rows()) + " rows of effects, " +
                        std::to_string(rows_per_pose) + " a pose; expected those of some poses");
+  }
+  if (parts < 1 || rows_per_pose % parts != 0) {
+    throw InvalidInput("a pose has " + std::to_string(rows_per_pose) +
+                       " rows of effects; expected as many of each of " + std::to_string(parts) +
+                       " errors");
   }
   if (covariances.rows() == 0 || covariances.rows() % effects.cols() != 0 ||
       covariances.cols() != effects.cols()) {
@@ -43,62 +50,80 @@ void check(ConstRows effects, Index rows_per_pose, ConstRows covariances,
   }
 }
 
-// E_j of the poses with the largest mean squares, one below the other.
-RowMatrix worst_poses(ConstRows effects, Index rows_per_pose, ConstRows covariance, Index wanted) {
+// E_j of the poses with the largest mean squares of each part, one below the other.
+std::vector<RowMatrix> worst_poses(ConstRows effects, Index rows_per_pose, Index parts,
+                                   ConstRows covariance, Index wanted) {
   const RowMatrix moves = product(effects, lower_root(covariance).transpose());
   const Index count = moves.rows() / rows_per_pose;
-  Vector trace(count);
-  for (Index j = 0; j < count; ++j) {
-    trace[j] = moves.middleRows(j * rows_per_pose, rows_per_pose).squaredNorm();
-  }
-  std::vector<Index> order(static_cast<std::size_t>(count));
-  std::iota(order.begin(), order.end(), Index{0});
-  std::stable_sort(order.begin(), order.end(),
-                   [&](Index a, Index b) { return trace[a] > trace[b]; });
-  order.resize(static_cast<std::size_t>(std::min(wanted, count)));
-  RowMatrix worst(static_cast<Index>(order.size()) * rows_per_pose, effects.cols());
-  for (std::size_t k = 0; k < order.size(); ++k) {
-    worst.middleRows(static_cast<Index>(k) * rows_per_pose, rows_per_pose) =
-        effects.middleRows(order[k] * rows_per_pose, rows_per_pose);
+  const Index rows = rows_per_pose / parts;
+  std::vector<RowMatrix> worst;
+  for (Index part = 0; part < parts; ++part) {
+    Vector trace(count);
+    for (Index j = 0; j < count; ++j) {
+      trace[j] = moves.middleRows(j * rows_per_pose + part * rows, rows).squaredNorm();
+    }
+    std::vector<Index> order(static_cast<std::size_t>(count));
+    std::iota(order.begin(), order.end(), Index{0});
+    std::stable_sort(order.begin(), order.end(),
+                     [&](Index a, Index b) { return trace[a] > trace[b]; });
+    order.resize(static_cast<std::size_t>(std::min(wanted, count)));
+    RowMatrix& of_part =
+        worst.emplace_back(static_cast<Index>(order.size()) * rows, effects.cols());
+    for (std::size_t k = 0; k < order.size(); ++k) {
+      of_part.middleRows(static_cast<Index>(k) * rows, rows) =
+          effects.middleRows(order[k] * rows_per_pose + part * rows, rows);
+    }
   }
   return worst;
 }
 
-// Adds the largest squared error of each draw.
-void draw(const RowMatrix& moves, Index rows_per_pose, Index draws, Random& random,
-          std::vector<double>& largest) {
+// Adds the largest squared error of each draw, the same draws for all parts.
+void draw(const std::vector<RowMatrix>& moves, Index rows, Index draws, Random& random,
+          std::vector<std::vector<double>>& largest) {
   RowMatrix normals;
   for (Index first = 0; first < draws; first += kBlock) {
     check_interrupt();
-    normals.resize(std::min(kBlock, draws - first), moves.cols());
+    normals.resize(std::min(kBlock, draws - first), moves.front().cols());
     for (double& each : normals.reshaped<Eigen::RowMajor>()) {
       each = random.normal();
     }
-    const RowMatrix errors = product(normals, moves.transpose());
-    for (Index draw = 0; draw < errors.rows(); ++draw) {
-      double most = 0;
-      for (Index row = 0; row < errors.cols(); row += rows_per_pose) {
-        most = std::max(most, errors.row(draw).segment(row, rows_per_pose).squaredNorm());
+    for (std::size_t part = 0; part < moves.size(); ++part) {
+      const RowMatrix errors = product(moves[part], normals.transpose());
+      Squares most = Squares::Zero(errors.cols());
+      for (Index row = 0; row < errors.rows(); row += rows) {
+        Squares square = errors.row(row).array().square();
+        for (Index k = 1; k < rows; ++k) {
+          square += errors.row(row + k).array().square();
+        }
+        most = most.max(square);
       }
-      largest.push_back(most);
+      largest[part].insert(largest[part].end(), most.begin(), most.end());
     }
   }
 }
 
-// The largest squared errors, ascending: as many draws of each covariance, in all those wanted.
-std::vector<double> largest_squares(ConstRows effects, Index rows_per_pose, ConstRows covariances,
-                                    const LargestErrorOptions& options) {
-  const RowMatrix worst =
-      worst_poses(effects, rows_per_pose, mean_covariance(covariances), options.poses);
+// The largest squared errors of each part, ascending: as many draws of each covariance, in all
+// those wanted.
+std::vector<std::vector<double>> largest_squares(ConstRows effects, Index rows_per_pose,
+                                                 Index parts, ConstRows covariances,
+                                                 const LargestErrorOptions& options) {
+  const std::vector<RowMatrix> worst =
+      worst_poses(effects, rows_per_pose, parts, mean_covariance(covariances), options.poses);
   const Index count = covariances.rows() / covariances.cols();
   const Index draws = (options.draws + count - 1) / count;
-  std::vector<double> largest;
+  std::vector<std::vector<double>> largest(worst.size());
   Random random(kSeed);
   for (Index first = 0; first < covariances.rows(); first += covariances.cols()) {
     const RowMatrix root = lower_root(covariances.middleRows(first, covariances.cols()));
-    draw(product(worst, root.transpose()), rows_per_pose, draws, random, largest);
+    std::vector<RowMatrix> moves;
+    for (const RowMatrix& each : worst) {
+      moves.push_back(product(each, root.transpose()));
+    }
+    draw(moves, rows_per_pose / parts, draws, random, largest);
   }
-  std::sort(largest.begin(), largest.end());
+  for (std::vector<double>& each : largest) {
+    std::sort(each.begin(), each.end());
+  }
   return largest;
 }
 
@@ -140,13 +165,18 @@ double over_noise(const std::vector<double>& squares, const LargestErrorOptions&
 
 }  // namespace
 
-double largest_error(ConstRows effects, Index rows_per_pose, ConstRows covariances,
-                     const LargestErrorOptions& options) {
-  check(effects, rows_per_pose, covariances, options);
-  const std::vector<double> squares = largest_squares(effects, rows_per_pose, covariances, options);
-  return std::sqrt(std::isinf(options.noise_degrees)
-                       ? empirical_quantile(squares, options.probability)
-                       : over_noise(squares, options));
+Vector largest_errors(ConstRows effects, Index rows_per_pose, Index parts, ConstRows covariances,
+                      const LargestErrorOptions& options) {
+  check(effects, rows_per_pose, parts, covariances, options);
+  Vector found(parts);
+  Index part = 0;
+  for (const std::vector<double>& squares :
+       largest_squares(effects, rows_per_pose, parts, covariances, options)) {
+    found[part++] = std::sqrt(std::isinf(options.noise_degrees)
+                                  ? empirical_quantile(squares, options.probability)
+                                  : over_noise(squares, options));
+  }
+  return found;
 }
 
 }  // namespace symkin

@@ -14,8 +14,9 @@ struct LargestErrorOptions {
 
 // What the largest error |E_j x| over poses j falls short of with a probability, x normal with mean
 // zero and, as likely each, one of the covariances, which stand one below the other (see
-// mixed_quantile). `effects` are the E_j, one below the other, `rows_per_pose` rows each.
-double largest_error(ConstRows effects, Index rows_per_pose, ConstRows covariances,
-                     const LargestErrorOptions& options = {});
+// mixed_quantile). `effects` are the E_j, one below the other, `rows_per_pose` rows each, of as
+// many errors in turn as `parts` says (position and orientation, say): an entry of each.
+Vector largest_errors(ConstRows effects, Index rows_per_pose, Index parts, ConstRows covariances,
+                      const LargestErrorOptions& options = {});
 
 }  // namespace symkin

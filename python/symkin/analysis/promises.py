@@ -112,15 +112,11 @@ def anywhere(
     """
     if not len(effects) or not np.isfinite(covariance).all():
         return math.nan, math.nan
-    found = []
-    for part in (effects[:, :3], effects[:, 3:]):
-        rows = np.ascontiguousarray(part.reshape(-1, part.shape[2]))
-        found.append(
-            _core.largest_error(rows, 3, _stacked(covariance), confidence, noise_degrees)
-            if rows.any()
-            else 0.0
-        )
-    return found[0], found[1]
+    rows = np.ascontiguousarray(effects.reshape(-1, effects.shape[2]))
+    position, orientation = _core.largest_errors(
+        rows, 6, 2, _stacked(covariance), confidence, noise_degrees
+    )
+    return float(position), float(orientation)
 
 
 def _stacked(covariance: Array) -> Array:

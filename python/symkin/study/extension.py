@@ -7,11 +7,13 @@ and whose object is a `StudyExtension`.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from importlib.metadata import entry_points
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
 
 __all__ = ["GROUP", "KNOWN", "StudyExtension", "extension_named", "extension_names"]
 
@@ -47,13 +49,19 @@ class StudyExtension:
 
 def extension_names() -> list[str]:
     """Return the names of the studies that installed packages bring."""
-    return sorted({each.name for each in entry_points(group=GROUP)})
+    return sorted({each.name for each in _brought()})
 
 
 def extension_named(name: str) -> StudyExtension | None:
     """Return the study that an installed package brings under a name."""
-    for each in entry_points(group=GROUP, name=name):
+    for each in _brought(name=name):
         found = each.load()
         assert isinstance(found, StudyExtension), each.value
         return found
     return None
+
+
+def _brought(name: str | None = None) -> Iterable[EntryPoint]:
+    from importlib.metadata import entry_points  # which takes long to import
+
+    return [each for each in entry_points(group=GROUP) if name is None or each.name == name]

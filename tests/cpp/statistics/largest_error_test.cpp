@@ -37,7 +37,7 @@ Effects reference() {
 }
 
 double bound(const Effects& given, const LargestErrorOptions& options = {}) {
-  return largest_error(given.rows, given.rows_per_pose, given.covariance, options);
+  return largest_errors(given.rows, given.rows_per_pose, 1, given.covariance, options)[0];
 }
 
 TEST(LargestError, IsThatOfTheReferenceWithinTheErrorOfItsDraws) {

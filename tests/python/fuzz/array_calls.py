@@ -696,9 +696,11 @@ def _of_statistics() -> Iterator[Call]:
         _core.projected_effects,
     )
     yield Call(
-        "_core.largest_error",
+        "_core.largest_errors",
         {"effects": effects, "covariances": covariance},
-        lambda effects, covariances: _core.largest_error(effects, 3, covariances, 0.95, draws=50),
+        lambda effects, covariances: _core.largest_errors(
+            effects, 6, 2, covariances, 0.95, draws=50
+        ),
     )
     yield Call(
         "_core.drawing_conflict",

@@ -194,7 +194,7 @@ def test_protocols_are_drawn_side_by_side_with_and_without_the_state_before(stud
 
 
 def test_without_its_package_the_study_says_what_to_install(monkeypatch):
-    monkeypatch.setattr("symkin.study.extension.entry_points", lambda **_group: ())
+    monkeypatch.setattr("importlib.metadata.entry_points", lambda **_group: ())
     with pytest.raises(SymkinError, match=r"not installed.*symkin-paper"):
         load_study("paper")
     with pytest.raises(SymkinError, match=r"not installed.*symkin-paper"):
@@ -203,7 +203,7 @@ def test_without_its_package_the_study_says_what_to_install(monkeypatch):
 
 
 def test_without_its_package_the_cells_are_a_study_as_any_other(study, monkeypatch):
-    monkeypatch.setattr("symkin.study.extension.entry_points", lambda **_group: ())
+    monkeypatch.setattr("importlib.metadata.entry_points", lambda **_group: ())
     alone = dataclasses.replace(study)
     assert alone.findings is None
     assert "paper" not in alone.to_dict()
