@@ -116,6 +116,7 @@ std::vector<std::vector<double>> largest_squares(ConstRows effects, Index rows_p
   for (Index first = 0; first < covariances.rows(); first += covariances.cols()) {
     const RowMatrix root = lower_root(covariances.middleRows(first, covariances.cols()));
     std::vector<RowMatrix> moves;
+    moves.reserve(worst.size());
     for (const RowMatrix& each : worst) {
       moves.push_back(product(each, root.transpose()));
     }
