@@ -123,12 +123,16 @@ _DAMAGES: dict[str, Callable[[bytes], bytes]] = {
 }
 
 
+@pytest.fixture
+def folder(ran: Path, tmp_path: Path) -> Path:
+    """A copy of a study that has run."""
+    return Path(shutil.copytree(ran, tmp_path / "study"))
+
+
 @pytest.mark.parametrize("damage", _DAMAGES)
 def test_a_damaged_part_is_named_and_computed_again(
-    one_cell: StudyDefinition, ran: Path, tmp_path: Path, damage: str
+    one_cell: StudyDefinition, ran: Path, folder: Path, damage: str
 ) -> None:
-    folder = tmp_path / "study"
-    shutil.copytree(ran, folder)
     (part,) = folder.glob("parts/*.part")
     part.write_bytes(_DAMAGES[damage](part.read_bytes()))
     (folder / "table.csv").unlink()
@@ -162,10 +166,8 @@ _MARKS = {
 
 @pytest.mark.parametrize("mark", _MARKS)
 def test_parts_that_do_not_say_whose_they_are_are_refused_and_kept(
-    one_cell: StudyDefinition, ran: Path, tmp_path: Path, mark: str
+    one_cell: StudyDefinition, ran: Path, folder: Path, mark: str
 ) -> None:
-    folder = tmp_path / "study"
-    shutil.copytree(ran, folder)
     (folder / "parts" / "study.json").unlink()
     text = _MARKS[mark]
     if text is not None:
@@ -180,11 +182,9 @@ def test_parts_that_do_not_say_whose_they_are_are_refused_and_kept(
 
 @pytest.mark.parametrize("name", ["parts", "parts/study.json", "table.csv", "PART"])
 def test_what_stands_in_the_place_of_a_file_is_refused_and_kept(
-    one_cell: StudyDefinition, ran: Path, tmp_path: Path, name: str
+    one_cell: StudyDefinition, folder: Path, name: str
 ) -> None:
     """A folder where a file belongs, or a file where a folder does."""
-    folder = tmp_path / "study"
-    shutil.copytree(ran, folder)
     (part,) = folder.glob("parts/*.part")
     place = part if name == "PART" else folder / name
     if place.is_dir():
