@@ -23,7 +23,12 @@ def main() -> int:
     # threads of its own.
     if "OMP_NUM_THREADS" not in os.environ:
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    code: int = importlib.import_module("symkin.cli").main()
+    commands = importlib.import_module("symkin.cli")
+    gc.freeze()  # what has been loaded stays
+    try:
+        code: int = commands.main()
+    finally:
+        gc.freeze()  # all goes with the process: Python would look through it three times more
     return code
 
 

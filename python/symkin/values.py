@@ -21,6 +21,7 @@ from symkin.errors import ResultsError
 __all__ = ["FrozenMapping", "Value", "field", "plain", "record"]
 
 _Class = TypeVar("_Class", bound=type)
+_PLAIN = (str, int, bool, type(None))  # themselves, not what is derived from them
 
 
 def field(*, unit: str = "", number: bool = False, private: bool = False, **arguments: Any) -> Any:
@@ -150,11 +151,15 @@ def plain(value: Any, place: str = "") -> Any:
     ResultsError
         For anything else, naming its key.
     """
+    if type(value) in _PLAIN:  # most are, and matching takes a while
+        return value
     match value:
         case Value():
             return value.to_dict()
         case Mapping():
             return {str(key): plain(item, f"{place}.{key}") for key, item in value.items()}
+        case np.ndarray() if value.dtype.kind == "f" and np.isfinite(value).all():
+            return value.tolist()
         case np.ndarray() | np.generic():
             return plain(value.tolist(), place)
         case Enum():

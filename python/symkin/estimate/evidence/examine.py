@@ -259,7 +259,7 @@ def _doubts_of_the_model(
 
 def _all_is_far_off(found: Found) -> bool:
     """Whether most residuals are so large that no single cause can be read off them."""
-    return any(np.median(np.abs(leg.standardised)) > _GROSS for leg in found.legs)
+    return any(np.mean(np.abs(leg.standardised) > _GROSS) > 0.5 for leg in found.legs)
 
 
 def _beside(changed: Doubt, symptoms: Sequence[Doubt]) -> list[Doubt]:
