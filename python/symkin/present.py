@@ -12,9 +12,11 @@ import functools
 import importlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextvars import ContextVar
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
+
+from symkin.values import record
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -52,7 +54,7 @@ def with_figures(every: bool) -> Iterator[None]:
         _ALL_FIGURES.reset(before)
 
 
-@dataclass(frozen=True)
+@record
 class ErrorLine:
     """Errors of the end effector in one line: what a robot was, is, and is said to keep.
 
@@ -89,7 +91,7 @@ class ErrorLine:
     largest: float | None = None
 
 
-@dataclass(frozen=True)
+@record
 class Group:
     """Rows of a table that belong together; the first cell of each is its heading."""
 
@@ -97,7 +99,7 @@ class Group:
     title: str = ""
 
 
-@dataclass(frozen=True)
+@record
 class Table:
     """A table with a caption and a heading above each column.
 
@@ -125,7 +127,7 @@ class Table:
     about: int | None = None
 
 
-@dataclass(frozen=True)
+@record
 class Image:
     """A figure, drawn when it is needed, with the text for those who cannot see it.
 
@@ -145,7 +147,7 @@ class Image:
     details: bool = False
 
 
-@dataclass(frozen=True)
+@record
 class Movable:
     """A mechanism that the reader of the page can move.
 
@@ -158,7 +160,7 @@ class Movable:
     data: Callable[[], Mapping[str, Any]]
 
 
-@dataclass(frozen=True)
+@record
 class Section:
     """A section of the page: paragraphs, then tables and images in their order.
 
@@ -175,7 +177,7 @@ class Section:
     details: bool = False
 
 
-@dataclass(frozen=True)
+@record
 class Page:
     """A result, told.
 

@@ -44,14 +44,21 @@ def field(*, unit: str = "", number: bool = False, private: bool = False, **argu
     return dataclasses.field(metadata=metadata, **arguments)
 
 
-@dataclass_transform(frozen_default=True, eq_default=False, field_specifiers=(field,))
+@dataclass_transform(
+    frozen_default=True, eq_default=False, field_specifiers=(field, dataclasses.field)
+)
 def record(cls: _Class) -> _Class:
-    """Make a dataclass of a `Value`, which brings its own ``==`` and ``repr``, and is frozen.
+    """Make a dataclass that is frozen, and whose ``==`` and ``repr`` are those of a `Value`.
 
-    That `dataclass` writes no methods for these for each class takes 0.03 s less of every command.
+    What is no `Value` has the hash of its fields. That `dataclass` writes no methods for these for
+    each class takes 0.06 s less of every command.
     Not attrs: its ``cmp_using`` stops at arrays inside tuples and mappings, so that what follows
     would stay, `import symkin` would take 14 ms more, and `dataclasses.replace` would not work.
     """
+    if not issubclass(cls, Value):
+        for name, method in _OF_RECORDS.items():
+            if name not in cls.__dict__:
+                setattr(cls, name, method)
     return cast(_Class, dataclasses.dataclass(eq=False, repr=False)(cls))
 
 
@@ -133,6 +140,18 @@ class Value:
         for name in self.derived:
             document[name] = plain(getattr(self, name), name)
         return document
+
+
+def _hash(self: Any) -> int:
+    fields = dataclasses.fields(self)
+    told = [each.name for each in fields if (each.compare if each.hash is None else each.hash)]
+    return hash(tuple(getattr(self, name) for name in told))
+
+
+_OF_RECORDS: Mapping[str, Any] = {
+    "__hash__": _hash,
+    **{name: vars(Value)[name] for name in ("__eq__", "__repr__", "__setattr__", "__delattr__")},
+}
 
 
 def plain(value: Any, place: str = "") -> Any:

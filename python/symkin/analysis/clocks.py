@@ -9,7 +9,6 @@ what should be identified from.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +31,7 @@ _LASTS, _CUT = 0.3, 0.1  # s: of a rest at least, and what is cut at its ends
 _MOST_SAMPLES = 5_000_000
 
 
-@dataclass(frozen=True)
+@record
 class Track:
     """Positions in the order of time; rows that are not finite were not seen."""
 
@@ -129,7 +128,7 @@ def align_clocks(first: Track, second: Track) -> Clocks:
     return _fitted(one, two, offset, rate, likeness)
 
 
-@dataclass(frozen=True)
+@record
 class _Even:
     start: float
     times: Array

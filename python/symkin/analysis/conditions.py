@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -196,7 +195,7 @@ def _tested_groups(
     )
 
 
-@dataclass(frozen=True)
+@record
 class _Figures:
     """Figures on which several conditions rest."""
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -28,6 +28,7 @@ from symkin.model.poses import (
 )
 from symkin.model.settings import Frames, NoiseSettings, height_of_bed
 from symkin.options import OPTIONS, Observable
+from symkin.values import record
 
 __all__ = ["Observable", "Observed", "Observing"]
 
@@ -35,7 +36,7 @@ Array = NDArray[np.float64]
 _STREAM = 3  # of the seed: the core draws robots and full poses from others
 
 
-@dataclass(frozen=True)
+@record
 class Observed:
     """What is observed besides the sensor readings, with which frames, and how well.
 

@@ -186,9 +186,13 @@ def parameter_effects(mechanism: Mechanism, poses: Array) -> tuple[Array, NDArra
     by_legs = np.stack(by_leg, axis=1)  # poses, legs, closures, scalars
     reached = np.isfinite(by_poses).all(axis=(1, 2)) & np.isfinite(by_legs).all(axis=(1, 2, 3))
     good, inverse = _inverses(by_poses, reached)
-    of_rows = inverse.reshape(len(inverse), -1, len(readings.T), k)
+    of_rows = -inverse.reshape(len(inverse), -1, len(readings.T), k)
+    by_legs = by_legs if good.all() else by_legs[good]
+    moved = np.einsum("ndlk,nlks->ndls", of_rows, by_legs)
+    if moved.shape[1] == 6:
+        return moved, good
     moves = np.zeros((len(inverse), 6, len(readings.T), p + 3))
-    moves[:, mechanism.space.components] = -np.einsum("ndlk,nlks->ndls", of_rows, by_legs[good])
+    moves[:, mechanism.space.components] = moved
     return moves, good
 
 

@@ -12,7 +12,7 @@ import time
 import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
@@ -25,6 +25,7 @@ from symkin.options import OPTIONS
 from symkin.results import Result
 from symkin.show.rendering import files_text
 from symkin.storage.results_file import results_text, write_results
+from symkin.values import record
 
 _NOT_CONVERGED, _BAD_INPUT, _INTERRUPTED, _BROKEN_PIPE = 1, 2, 130, 141
 _LONGEST = 500
@@ -38,7 +39,7 @@ JsonOption = Annotated[
 UsageError: Any = typer.BadParameter.__mro__[1]
 
 
-@dataclass(frozen=True)
+@record
 class Telling:
     """How a result is told: on the screen, and in a page."""
 

@@ -48,6 +48,7 @@ from symkin.planning import Region
 from symkin.present import with_figures
 from symkin.show.units import in_units
 from symkin.storage.quantities import evaluate_quantity, unit_factor
+from symkin.values import record
 
 Command = Callable[..., None]
 
@@ -184,7 +185,7 @@ AvoidOption = Annotated[
 ConfidenceOption = Annotated[str, of("confidence")]
 
 
-@dataclasses.dataclass(frozen=True)
+@record
 class Choosing:
     """How poses are chosen, as `make_plan` and `pose_count_curve` take it."""
 
@@ -193,7 +194,7 @@ class Choosing:
     criterion: Annotated[Criterion, of("criterion")] = "O1"
 
 
-@dataclasses.dataclass(frozen=True)
+@record
 class ChoosingForPlan(Choosing):
     """And where a plan is made."""
 
@@ -201,7 +202,7 @@ class ChoosingForPlan(Choosing):
     margin_sigmas: Annotated[float, of("margin_sigmas")] = 3.0
 
 
-@dataclasses.dataclass(frozen=True)
+@record
 class Measured:
     """What measures, and how well."""
 
@@ -239,7 +240,7 @@ class Measured:
         return mechanism.replace(noise=dataclasses.replace(mechanism.noise, **said))
 
 
-@dataclasses.dataclass(frozen=True)
+@record
 class Observing:
     """What is observed."""
 
@@ -314,7 +315,7 @@ class Observing:
         return self.observed(mechanism)
 
 
-@dataclasses.dataclass(frozen=True)
+@record
 class Unknown:
     """What is unknown."""
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -28,6 +28,7 @@ from symkin.model.poses import POSE_SPACES, quaternions_from_rotation_vectors
 from symkin.model.settings import MeasurementColumns
 from symkin.storage.quantities import COUNTS, counts_steps, unit_factor, unit_names
 from symkin.storage.tables import Table
+from symkin.values import record
 
 _ANGLE_PURPOSE = "platform angle; positions alone do not identify the legs of a rigid platform"
 _QUATERNION_PURPOSE = (
@@ -190,7 +191,7 @@ class StatedUnit(NamedTuple):
     si_unit: str
 
 
-@dataclass(frozen=True)
+@record
 class PoseValues:
     """Poses as a table has them, SI."""
 

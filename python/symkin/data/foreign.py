@@ -6,12 +6,12 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 from symkin.errors import QuantityError
 from symkin.model.mechanism import Mechanism
 from symkin.storage.quantities import unit_factor
 from symkin.storage.tables import Table
+from symkin.values import record
 
 __all__ = ["UNIT", "mapping_for"]
 
@@ -22,7 +22,7 @@ _UNIT_KEYS = {"position": "position_unit", "readings": "reading_unit", "angle": 
 _ANGLES = {"phi", "theta", "yaw", "angle", "rotation", "orientation", "rz"}
 
 
-@dataclass(frozen=True)
+@record
 class _Column:
     """A column by the words of its name: those before the last, the last, and its unit."""
 

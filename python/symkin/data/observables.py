@@ -10,7 +10,6 @@ from __future__ import annotations
 import itertools
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -18,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from symkin.model.poses import PoseSpace
 from symkin.model.settings import NoiseSettings
+from symkin.values import record
 
 __all__ = [
     "ATTITUDE",
@@ -53,7 +53,7 @@ class Sizes(NamedTuple):
     pairs: int = 0
 
 
-@dataclass(frozen=True)
+@record
 class Observable:
     """What can be observed.
 
@@ -210,7 +210,7 @@ PAIR_ROW = re.compile(f"{PAIR}{_NUMBER}_row", re.ASCII)
 OBSERVABLES: Mapping[str, Observable] = {each.name: each for each in _ALL}
 
 
-@dataclass(frozen=True)
+@record
 class Circumstance:
     """What is known exactly of every row beside what was observed, and may be a covariate.
 

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ from symkin.estimate.found import Found
 from symkin.model.core_setup import Slopes
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import frame, rotations_from_vectors
+from symkin.values import record
 
 __all__ = [
     "Changes",
@@ -31,7 +32,7 @@ __all__ = [
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@record
 class Changes:
     """Covariates of the rows, and by how much they change what."""
 

@@ -136,7 +136,7 @@ class Rows(Value):
         return "rad" if kind in ("pose", "reported pose") and index >= space.size else "m"
 
 
-@dataclasses.dataclass(frozen=True)
+@record
 class Problem:
     """What is fitted: the robot and its frames where they start, the layout, and the data."""
 

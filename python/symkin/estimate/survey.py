@@ -62,6 +62,7 @@ _RANK = 1e-9  # of the largest singular value, with the unknowns in their tolera
 _FEW_POSES = 200  # at which ranks are taken
 _BLOCK = 4096  # poses whose effects are held together
 _IN_CACHE = 500  # and made together
+_OF_FRAMES = 12  # scalars of the base frame and the target
 SILENT = 0.9  # of a prior's deviation: the data will say next to nothing
 # Positions beside points.
 _TRACKED = frozenset({"pose", "position", "straightness", "distance", "height"})
@@ -554,13 +555,31 @@ class Survey(Value):
         return np.concatenate(effects), np.concatenate(good)
 
     def _effects(self, poses: Array) -> tuple[Array, NDArray[np.bool_]]:
-        mechanism, space = self.mechanism, self.mechanism.pose_space
-        by_legs, good = parameter_effects(mechanism, poses)
-        moves = by_legs.reshape(*by_legs.shape[:2], -1)
+        by_legs, good = parameter_effects(self.mechanism, poses)
+        effects = by_legs.reshape(*by_legs.shape[:2], -1)
+        onto, of_legs = self.layout.by_columns, effects.shape[2]
+        frames = self.mechanism.frames or Frames()
+        placed = frames.base or frames.target or onto[of_legs : of_legs + _OF_FRAMES].any()
+        if placed or self.floating or self.turned_anyhow or self.assumed:
+            effects = self._in_device(effects, poses[good], frames)
+        onto = onto[: effects.shape[2]]
+        moved = by_columns(effects, onto)
+        if not self.assumed:
+            return moved, good
+        beside = []
+        for each in self.assumed:
+            itself = np.zeros(len(onto))
+            of_robot = not each.name.startswith(("point", "anchor"))
+            if of_robot and each.name.partition(".")[0] not in _BESIDE:
+                itself[self.layout.scalars.index(each.name)] = 1
+            beside.append((moved @ each.moves - effects @ itself)[..., None])
+        return np.concatenate([moved, *beside], axis=2), good
 
-        frames = mechanism.frames or Frames()
+    def _in_device(self, moves: Array, poses: Array, frames: Frames) -> Array:
+        """Tangents of the target in the device's frame, by those of the platform and by frames."""
+        mechanism, space = self.mechanism, self.mechanism.pose_space
         base, target = frame(space, frames.base), frame(space, frames.target)
-        platform = transforms(space, poses[good])
+        platform = transforms(space, poses)
         arm = platform.rotation @ target.translation
         seen = (platform.translation + arm) @ base.rotation.T
         turned = base.rotation @ platform.rotation
@@ -579,15 +598,15 @@ class Survey(Value):
         motions = frames_alone if self.floating else frames_alone[..., 9:]  # turns of the target
         if self.floating or self.turned_anyhow:
             effects = without_motions(effects, motions, mechanism.characteristic_length)
-        onto = self.layout.by_columns[: effects.shape[2]]
-        moved = [effects @ onto]
-        for each in self.assumed:
-            itself = np.zeros(len(onto))
-            of_robot = not each.name.startswith(("point", "anchor"))
-            if of_robot and each.name.partition(".")[0] not in _BESIDE:
-                itself[self.layout.scalars.index(each.name)] = 1
-            moved.append((moved[0] @ each.moves - effects @ itself)[..., None])
-        return np.concatenate(moved, axis=2), good
+        return effects
+
+
+def by_columns(effects: Array, onto: Array) -> Array:
+    """Effects by columns, of those by scalars that they move; most columns move one alone."""
+    chosen = onto.argmax(axis=0)
+    if np.array_equal(onto, np.eye(len(onto))[:, chosen]):
+        return np.asarray(effects[:, :, chosen])
+    return np.asarray(effects @ onto)
 
 
 def without_motions(effects: Array, motions: Array, length: float) -> Array:

@@ -4,13 +4,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symkin.model.poses import Transform, rotations_from_quaternions, rotations_from_vectors
+from symkin.values import record
 
 __all__ = ["Body", "Closure", "Coupling", "Joint", "Structure", "universal"]
 
@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 _X, _Y, _Z = np.eye(3)
 
 
-@dataclass(frozen=True)
+@record
 class Joint:
     """One degree of freedom between a body and its parent; a free one has all six, and no axis."""
 
@@ -27,7 +27,7 @@ class Joint:
     axis: Array  # in the body's own frame
 
 
-@dataclass(frozen=True)
+@record
 class Body:
     """A body; its joints come one after the other, each in the frame that the last one left."""
 
@@ -45,7 +45,7 @@ class Body:
         return list(zip([*rows, self.name], self.joints, strict=True))
 
 
-@dataclass(frozen=True)
+@record
 class Closure:
     """The end of a leg, which is held at a point of the platform by a joint that turns any way.
 
@@ -61,7 +61,7 @@ class Closure:
     other_turning: Array | None = None
 
 
-@dataclass(frozen=True)
+@record
 class Coupling:
     """A joint that follows another: its value is ratio times that of the other, plus an offset."""
 
@@ -71,7 +71,7 @@ class Coupling:
     offset: float
 
 
-@dataclass(frozen=True)
+@record
 class Structure:
     """Bodies, parents first, and what closes the loops."""
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,7 +29,7 @@ _STILL = 1e-11  # m, of the root mean square of what a step changes at the end-e
 MARK = "symkin:"
 
 
-@dataclass(frozen=True)
+@record
 class ExportOptions:
     """What some formats need besides the mechanism, as `export` takes it."""
 
@@ -77,7 +76,7 @@ class Loss(Value):
         return f"{way} mm{turned}, the largest of {self.poses} poses"
 
 
-@dataclass(frozen=True)
+@record
 class Written:
     """What a format made of a mechanism: its text, what to know, and what was lost."""
 

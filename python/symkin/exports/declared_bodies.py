@@ -15,6 +15,7 @@ from symkin.exports.bodies import Body, Closure, Coupling, Joint, Structure, uni
 from symkin.model.declared import declared_chain
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import Transform, rotations_from_vectors, transforms
+from symkin.values import record
 
 __all__ = ["declared_structure"]
 
@@ -25,7 +26,7 @@ _YAW = -2  # what follows the platform's turn, as the core has it
 Step = tuple[str, int]
 
 
-@dataclasses.dataclass(frozen=True)
+@record
 class _End:
     """Where a path ends: a body, a transform in its frame, and the body's frames at the poses."""
 

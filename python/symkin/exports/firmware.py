@@ -24,7 +24,6 @@ towers at exactly 90, 210 and 330 degrees; where a carriage is found is HOME_OFF
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,6 +41,7 @@ from symkin.exports.common import (
 from symkin.exports.models import structure_of
 from symkin.model.chains import Leg, legs_in_words
 from symkin.model.mechanism import Mechanism
+from symkin.values import record
 
 Array = NDArray[np.float64]
 
@@ -54,7 +54,7 @@ TOWERS = ("stepper_a", "stepper_b", "stepper_c")  # the names of their sections
 _MERGE = "These sections are to be merged into those of the printer.cfg that has pins and speeds"
 
 
-@dataclass(frozen=True)
+@record
 class LinearDelta:
     """A linear delta as firmware knows it; arrays have a value for each tower."""
 

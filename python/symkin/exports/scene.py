@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -12,6 +11,7 @@ from numpy.typing import NDArray
 
 from symkin.errors import SymkinError
 from symkin.model.poses import rotations_from_quaternions
+from symkin.values import record
 
 __all__ = ["WORLD", "Loop", "Moving", "Part", "Scene", "frame_of", "of_quaternion"]
 
@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 WORLD = ""
 
 
-@dataclasses.dataclass(frozen=True)
+@record
 class Moving:
     """A joint: of its body's frame, in which the axis and the point that it turns about are."""
 
@@ -29,7 +29,7 @@ class Moving:
     anchor: Array
 
 
-@dataclasses.dataclass(frozen=True)
+@record
 class Part:
     """A body: where it stands in its parent while its joints are at zero."""
 
@@ -38,7 +38,7 @@ class Part:
     joints: tuple[Moving, ...]
 
 
-@dataclasses.dataclass(frozen=True)
+@record
 class Loop:
     """What closes a loop: points of two bodies that meet, or frames that agree."""
 
@@ -50,7 +50,7 @@ class Loop:
     turns: bool  # whether the frames may turn against each other
 
 
-@dataclasses.dataclass(frozen=True)
+@record
 class Scene:
     """A model as it is read."""
 

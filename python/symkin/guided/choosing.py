@@ -22,6 +22,7 @@ from symkin.guided.regions import Regions
 from symkin.model.mechanism import Mechanism
 from symkin.planning.completion import Completing
 from symkin.planning.visiting import visiting_order
+from symkin.values import record
 
 __all__ = ["Chooser", "Target"]
 
@@ -36,7 +37,7 @@ _AVOIDED = 1.5  # standard deviations of the candidates, around a pose to avoid
 _AMONG = 2000  # candidates over which the error is averaged while poses are chosen
 
 
-@dataclass(frozen=True)
+@record
 class Target:
     """The accuracy that is wanted: position and orientation, m and rad; None for any."""
 

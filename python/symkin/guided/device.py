@@ -16,13 +16,13 @@ import subprocess
 import sys
 import threading
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any, Self, TypeGuard, get_args
 
 from symkin.data.columns import pose_column_names
 from symkin.errors import SymkinError
 from symkin.guided.session import Ask, Failure, Session
 from symkin.model.file_frames import as_drawn
+from symkin.values import record
 
 __all__ = ["VERSION", "Device", "DeviceError", "Failed", "Measured"]
 
@@ -36,7 +36,7 @@ class DeviceError(SymkinError):
     """What a device said, or did not say, so that nothing can be measured with it."""
 
 
-@dataclass(frozen=True)
+@record
 class Measured:
     """What a device measured: values by column, m and rad; and who says so."""
 
@@ -44,7 +44,7 @@ class Measured:
     remark: str = ""
 
 
-@dataclass(frozen=True)
+@record
 class Failed:
     """Why a pose could not be measured."""
 

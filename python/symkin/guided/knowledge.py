@@ -19,6 +19,7 @@ from symkin.guided.choosing import not_known
 from symkin.guided.tries_table import KEPT, SLIPPED, TriesTable
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import Tolerances
+from symkin.values import record
 
 __all__ = ["TAKEN_AS", "Knowledge", "Known"]
 
@@ -28,7 +29,7 @@ _TRIED = 3  # edits, the most likely ones, that are fitted
 _FITS = 0.01  # probability of a repeat that the other rows explain
 
 
-@dataclasses.dataclass(frozen=True)
+@record
 class Known:
     """What so many lines say.
 

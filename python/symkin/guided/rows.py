@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -21,6 +20,7 @@ from symkin.errors import MeasurementError, SymkinError
 from symkin.model.file_frames import from_drawing
 from symkin.model.mechanism import Mechanism
 from symkin.storage.tables import read_table
+from symkin.values import record
 
 __all__ = ["Cells", "RowFormat"]
 
@@ -29,7 +29,7 @@ Cells = dict[str, str]
 _READING = "psi_"
 
 
-@dataclass(frozen=True)
+@record
 class RowFormat:
     """The columns of a robot's rows when this is observed.
 

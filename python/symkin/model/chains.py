@@ -6,7 +6,6 @@ from __future__ import annotations
 import functools
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, NamedTuple, get_args
 
 import numpy as np
@@ -23,7 +22,7 @@ from symkin.model.declared import (
 )
 from symkin.model.poses import POSE_SPACES
 from symkin.options import Platform, checks
-from symkin.values import FrozenMapping
+from symkin.values import FrozenMapping, record
 
 __all__ = [
     "ABSENT",
@@ -101,7 +100,7 @@ class ParameterRole(NamedTuple):
 ABSENT = ParameterRole("none", "absent")
 
 
-@dataclass(frozen=True)
+@record
 class ChainInfo:
     """A chain: its parameters, in the order of every array of parameters, and what it reads.
 
@@ -244,7 +243,7 @@ def shortest(differences: NDArray[np.float64], turn: float | None) -> NDArray[np
     return np.asarray(differences - turn * np.round(differences / turn))
 
 
-@dataclass(frozen=True)
+@record
 class Leg:
     """One leg.
 

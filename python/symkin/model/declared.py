@@ -12,17 +12,17 @@ import hashlib
 import json
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from symkin import _core
+from symkin.values import record
 
 __all__ = ["DeclaredChain", "declare", "declared_chain", "label_of", "readings_of_legs"]
 
 _MARK = "@"
 
 
-@dataclass(frozen=True)
+@record
 class DeclaredChain:
     """A declared chain: a leg of which one joint is read.
 

@@ -10,18 +10,18 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 from symkin.errors import SymkinError, did_you_mean, shown
 from symkin.model.poses import PoseSpace
 from symkin.model.settings import Frames, IdentificationSettings, NoiseSettings
 from symkin.options import Observable, Visit
+from symkin.values import record
 
 __all__ = ["DEVICES", "Device", "device_of", "equipped"]
 
 
-@dataclass(frozen=True)
+@record
 class Device:
     """A kind of measuring device.
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from pathlib import Path
 
@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin.errors import MechanismError
+from symkin.values import record
 
 __all__ = ["SensorTable", "wrong_row"]
 
@@ -26,7 +27,7 @@ _BISECTIONS = 60
 _FLATTEST, _STEEPEST = 0.1, 3.0
 
 
-@dataclass(frozen=True)
+@record
 class SensorTable:
     """What sensors show, and what straight ones would show there: of an encoder's certificate, say.
 

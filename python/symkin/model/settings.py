@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin.errors import SymkinError
+from symkin.values import record
 
 __all__ = [
     "DeclaredSymmetry",
@@ -49,7 +50,7 @@ def _plain(item: object) -> object:
     return float(item) if isinstance(item, float) else item
 
 
-@dataclass(frozen=True)
+@record
 class DeclaredSymmetry(_Settings):
     """The symmetry that a mechanism is said to have.
 
@@ -85,7 +86,7 @@ class DeclaredSymmetry(_Settings):
         return self.direction is None and self.mirror is None and self.centre is None
 
 
-@dataclass(frozen=True)
+@record
 class WorkspaceSettings(_Settings):
     """The box of poses that are sampled, and what keeps a pose away from singularities.
 
@@ -123,7 +124,7 @@ class WorkspaceSettings(_Settings):
         return self.home or (0.0,) * len(self.lower)
 
 
-@dataclass(frozen=True)
+@record
 class NoiseSettings:
     """Standard deviations of the measurements.
 
@@ -184,7 +185,7 @@ class NoiseSettings:
         return np.asarray(self.position + self.per_metre * np.nan_to_num(distances))
 
 
-@dataclass(frozen=True)
+@record
 class Tolerances:
     """Manufacturing standard deviations of the parameters.
 
@@ -220,7 +221,7 @@ class Tolerances:
                 )
 
 
-@dataclass(frozen=True)
+@record
 class ProtocolSettings:
     """Defaults of the protocol: poses measured per leg, candidates sampled, and the seed."""
 
@@ -229,7 +230,7 @@ class ProtocolSettings:
     seed: int = 1
 
 
-@dataclass(frozen=True)
+@record
 class JointLimits(_Settings):
     """Limits of the sensor readings, in their unit (rad or m).
 
@@ -266,7 +267,7 @@ class JointLimits(_Settings):
         return limits
 
 
-@dataclass(frozen=True)
+@record
 class Frames(_Settings):
     """What stands around the robot as it is measured; what is empty is not there.
 
@@ -305,7 +306,7 @@ def height_of_bed(plane: Sequence[float], places: NDArray[np.float64]) -> NDArra
     return np.asarray(c0 + c1 * x + c2 * y + bow * (x**2 + y**2) / radius**2)
 
 
-@dataclass(frozen=True)
+@record
 class DrawnPoints(_Settings):
     """That a file gives points of legs by coordinates, and in which frames.
 
@@ -342,7 +343,7 @@ class DrawnPoints(_Settings):
         return any((*(self.base or ()), *(self.platform or ())))
 
 
-@dataclass(frozen=True)
+@record
 class IdentificationSettings(_Settings):
     """What is unknown, as the arguments of `identify` with these names; None where none is given.
 
@@ -410,7 +411,7 @@ def unusual(wanted: Mapping[str, Any]) -> tuple[str, ...]:
     )
 
 
-@dataclass(frozen=True)
+@record
 class MeasurementColumns(_Settings):
     """Which columns of a table hold the measured pose and the readings.
 

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, Unpack
 
 import numpy as np
@@ -44,6 +44,7 @@ from symkin.planning.selection import (
 )
 from symkin.planning.visiting import there_and_back, visiting_order
 from symkin.storage.tables import TableSource
+from symkin.values import record
 
 __all__ = ["default_design", "for_all_parameters", "make_plan", "plan"]
 
@@ -394,7 +395,7 @@ def in_visiting_order(plan: Plan, seed: int, visit: Visit) -> Plan:
     )
 
 
-@dataclass(frozen=True)
+@record
 class _Demands:
     """What `make_plan` was asked for, by the names of its arguments."""
 
@@ -471,7 +472,7 @@ class _Demands:
         return len(self.required) > 0 or self.measured is not None
 
 
-@dataclass(frozen=True)
+@record
 class _Chosen:
     """What came of a task: poses and spares before they are carried to the legs."""
 

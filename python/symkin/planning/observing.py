@@ -3,8 +3,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,13 +16,14 @@ from symkin.estimate.survey import PRIORS_HOLD, Survey, placed
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import height_of_bed
 from symkin.planning.selection import Task
+from symkin.values import record
 
 __all__ = ["dealt", "is_probing", "where_observed"]
 
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@record
 class ObservedTask(Task):
     """The selection for a survey: of poses for all unknowns at once.
 

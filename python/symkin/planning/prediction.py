@@ -374,7 +374,7 @@ def pose_count_curve(
     )
 
 
-@dataclasses.dataclass(frozen=True)
+@record
 class _Point:
     """A plan and what it promises."""
 

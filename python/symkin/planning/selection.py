@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -313,7 +312,7 @@ def _selection(result: _core.Selection, criterion: Criterion) -> Selection:
     )
 
 
-@dataclass(frozen=True)
+@record
 class Task:
     """One selection of a design.
 

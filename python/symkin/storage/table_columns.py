@@ -4,20 +4,21 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symkin import _core
+from symkin.values import record
 
 __all__ = ["Column", "CsvCells", "Numbers", "Words", "column_of"]
 
 Cell = tuple[int, str]  # the row, from 0, and what stands there
 
 
-@dataclass(frozen=True)
+@record
 class Numbers:
     """A column as numbers.
 
@@ -53,7 +54,7 @@ class Numbers:
         return Words(words.codes[places], words.distinct)
 
 
-@dataclass(frozen=True)
+@record
 class Words:
     """A column as words.
 
@@ -104,7 +105,7 @@ class Words:
         return (int(rows[0]), self.distinct[self.codes[rows[0]]]) if len(rows) else None
 
 
-@dataclass(frozen=True)
+@record
 class CsvCells:
     """A column of a CSV, by its place."""
 

@@ -8,7 +8,7 @@ import math
 import re
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
@@ -21,6 +21,7 @@ from symkin.errors import (
 )
 from symkin.storage.quantities import evaluate_quantity
 from symkin.storage.tables import file_bytes, kind_of_file
+from symkin.values import record
 
 KeyPath = tuple[str | int, ...]
 _Value = TypeVar("_Value")
@@ -37,7 +38,7 @@ _ACCEPTS: dict[Sign, Callable[[float], bool]] = {
 }
 
 
-@dataclass(frozen=True)
+@record
 class TomlSource:
     """The text of a TOML file and the plain values in it."""
 
@@ -128,7 +129,7 @@ def dotted(keys: KeyPath) -> str:
     return name
 
 
-@dataclass(frozen=True)
+@record
 class Statement:
     """A statement of a TOML file: a header, a key with its value, or a line that says nothing."""
 
@@ -223,7 +224,7 @@ class WrongValueError(SymkinError):
         self.keys = keys
 
 
-@dataclass(frozen=True)
+@record
 class Kind:
     """What a value may be: how it is read, or refused, and its JSON Schema."""
 

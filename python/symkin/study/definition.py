@@ -38,6 +38,7 @@ from symkin.storage.toml_file import (
     whole,
 )
 from symkin.study.extension import KNOWN, StudyExtension, extension_named, extension_names
+from symkin.values import record
 from symkin.version import version
 
 __all__ = ["Cell", "StudyDefinition", "StudyKind", "builtin_studies", "builtin_text", "load_study"]
@@ -48,7 +49,7 @@ _PER_PARAMETER = re.compile(r"(\d+(?:\.\d+)?) ?p")
 _MOST_CELLS = 10_000
 
 
-@dataclass(frozen=True)
+@record
 class Cell:
     """One way to plan, measure and identify.
 

@@ -8,9 +8,10 @@ and whose object is a `StudyExtension`.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from symkin.values import record
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
@@ -23,7 +24,7 @@ GROUP = "symkin.studies"
 KNOWN = {"paper": "symkin-paper, in the folder paper of symkin's source"}
 
 
-@dataclass(frozen=True)
+@record
 class StudyExtension:
     """A study with questions of its own.
 

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -124,7 +123,7 @@ class ChangeTest(Value):
         return self.p_value < self.limit and self.explains
 
 
-@dataclass(frozen=True)
+@record
 class Term:
     """A column of whitened rows, and what is left of it, less what the unknowns explain."""
 
@@ -142,7 +141,7 @@ class Term:
         return self.what, self.leg < 0
 
 
-@dataclass(frozen=True)
+@record
 class Rows:
     """Whitened rows of poses in the order of time, and what is left of them."""
 

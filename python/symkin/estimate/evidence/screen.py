@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import heapq
 import math
 import operator
@@ -23,6 +22,7 @@ from symkin.model.mechanism import Mechanism
 from symkin.model.settings import NoiseSettings
 from symkin.model.tolerances import parameter_tolerances
 from symkin.model.turns import turn_of
+from symkin.values import record
 
 __all__ = ["FIRST", "Screen", "ShortList"]
 
@@ -66,7 +66,7 @@ class ShortList(NamedTuple):
     explains: bool = False
 
 
-@dataclasses.dataclass(frozen=True)
+@record
 class Screen:
     """Corrections of one robot's table where its poses are known in full, and so its readings.
 
@@ -243,7 +243,7 @@ def _agrees_in_place(stated: Correction) -> bool:
     return bool(np.median(off) < _AGREES * np.sqrt(variances.sum()))
 
 
-@dataclasses.dataclass(frozen=True)
+@record
 class _Taken:
     """A table against its robot: which readings it has at known poses, and how far they are off."""
 

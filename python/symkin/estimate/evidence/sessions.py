@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -180,7 +179,7 @@ def _times(rows: Rows, of: NDArray[np.bool_]) -> float:
     return float(np.sqrt(mine / others))
 
 
-@dataclass(frozen=True)
+@record
 class _Block:
     """Columns of one kind, by the names of their unknowns, M x k."""
 

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from statistics import NormalDist
 from typing import Any
 
@@ -19,6 +18,7 @@ from symkin.estimate.evidence.sag import SAG_ALARMS, columns_of_sag
 from symkin.estimate.found import Found
 from symkin.estimate.precision import promising
 from symkin.estimate.unknowns import SAG
+from symkin.values import record
 
 __all__ = ["notes_of_the_unseen"]
 
@@ -28,7 +28,7 @@ _SEEN = 1e-3  # of a column: what unknowns leave less of, no size of it shows
 _NAMED = 3
 
 
-@dataclass(frozen=True)
+@record
 class _Defect:
     """A column of whitened rows, and the size of it that a test sees in most robots."""
 

@@ -11,7 +11,6 @@ import csv
 import math
 import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -25,6 +24,7 @@ from symkin.model.mechanism import Mechanism
 from symkin.model.poses import quaternions_from_rotation_vectors, rotations_from_quaternions
 from symkin.storage.quantities import unit_factor
 from symkin.storage.tables import read_table
+from symkin.values import record
 
 __all__ = ["MOTIVE", "ROS", "VICON"]
 
@@ -40,7 +40,7 @@ _CLOCKS_APART = 0.01
 _UPRIGHT = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
 
 
-@dataclass(frozen=True)
+@record
 class _Take:
     """What a device saw of the platform."""
 

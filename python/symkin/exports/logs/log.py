@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -16,7 +15,7 @@ from symkin.values import Value, field, record
 __all__ = ["Asked", "ImportedLog", "Log", "LogFormat"]
 
 
-@dataclass(frozen=True)
+@record
 class Asked:
     """What is said beside a log.
 
@@ -38,7 +37,7 @@ class Asked:
     body: str = ""
 
 
-@dataclass(frozen=True)
+@record
 class Log:
     """A file, and its text."""
 
@@ -88,7 +87,7 @@ class ImportedLog(Value):
     left: tuple[str, ...]
 
 
-@dataclass(frozen=True)
+@record
 class LogFormat:
     """A kind of log.
 

@@ -6,7 +6,6 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Collection, Iterable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -43,13 +42,14 @@ from symkin.show.skeleton import Joint, Skeleton, arcs, skeleton_of
 from symkin.show.theme import ACCENT, BEFORE, INK, LINE, PAPER
 from symkin.show.units import on_paper
 from symkin.show.wording import setting
+from symkin.values import record
 
 _BODIES = {"base": "#BDBDBD", "platform": "#8FB8DE"}
 _JOINTS = {"R": "revolute", "P": "prismatic", "U": "universal", "S": "spherical"}
 _SWING: dict[str, Any] = {"linewidth": 3, "alpha": 0.35}
 
 
-@dataclass(frozen=True)
+@record
 class DrawnSymmetry:
     """The symmetry of a drawing.
 
