@@ -174,7 +174,7 @@ def test_intervals_hold_the_truth_of_robots_whose_gains_are_not_as_assumed(robot
 def test_what_is_held_without_a_word_is_noted(robot, measured, assumed):
     held = symkin.identify(robot, measured, **GAINS)
     (note,) = (each for each in held.notes if each.code == "held-as-exact")
-    assert "leg1.sensor_gain, leg2.sensor_gain, leg3.sensor_gain, scale (of " in str(note)
+    assert "sensor_gain of legs 1, 2, 3, scale (of " in str(note)
     (note,) = (each for each in assumed.notes if each.code == "held-as-exact")
     assert str(note).startswith("sag is held and taken as exact")
     declared = {"scale": 1e-4, "target": "1 mm", "sensor_gain": 1e-3, "sag": "0.1 mm"}

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin import _core
-from symkin.errors import SymkinError, named_legs
+from symkin.errors import SymkinError
 from symkin.estimate.conflict import LIMIT
-from symkin.estimate.evidence.findings import Doubt, Note, few
+from symkin.estimate.evidence.findings import Doubt, Note, few, unknowns_by_name
 from symkin.estimate.fit import FALSE_ALARMS
 from symkin.estimate.found import Found
 from symkin.estimate.parameters import Unknown
@@ -239,15 +239,7 @@ def _legs(unknowns: list[Unknown]) -> tuple[int, ...]:
 
 
 def _named(unknowns: list[Unknown]) -> str:
-    by_name: dict[str, list[int]] = {}
-    for each in unknowns:
-        block, _, own = each.name.partition(".")
-        of_leg = block.startswith("leg")
-        by_name.setdefault(own if of_leg else each.name, []).extend(
-            [int(block[3:]) - 1] if of_leg else []
-        )
-    named = [f"{name} of {named_legs(legs)}" if legs else name for name, legs in by_name.items()]
-    return few(named, _LISTED)
+    return few(unknowns_by_name(each.name for each in unknowns), _LISTED)
 
 
 def _common_movements(found: Found) -> Iterator[Doubt]:

@@ -11,7 +11,7 @@ import numpy as np
 from symkin.analysis.promises import left_to_gravity
 from symkin.errors import SymkinError
 from symkin.estimate.evidence.drawing import unneeded_parameters, weak_parameters
-from symkin.estimate.evidence.findings import Doubt, Note, few
+from symkin.estimate.evidence.findings import Doubt, Note, few, unknowns_by_name
 from symkin.estimate.evidence.table_edits import with_readings
 from symkin.estimate.evidence.unseen import notes_of_the_unseen
 from symkin.estimate.fit import changed_settings
@@ -52,7 +52,7 @@ def notes_of(
     if heights is not None:
         yield from (Note("heights", figures={"words": words}) for words in heights.notes)
     elif silent:
-        yield Note("priors-stand", figures={"names": few(silent, _LISTED)})
+        yield Note("priors-stand", figures={"names": few(unknowns_by_name(silent), _LISTED)})
     if found.unguarded:
         rows = tuple(found.measurements.row_numbers[list(found.unguarded)].tolist())
         numbers = ", ".join(map(str, rows))
@@ -80,16 +80,17 @@ def notes_of(
 def _held_as_exact(found: Found) -> Iterator[Note]:
     """Name what is held without a word of how well it is known, the device's scale among it."""
     known = {each.name for each in found.assumed}
-    names = [
+    names = unknowns_by_name(
         each.name
         for each in found.unknowns
         if each.status == "held"
         and each.name not in known
         and not each.name.startswith("session")  # of which nothing is drawn
-    ]
+    )
     names += _of_the_device(found, known)
     if names:
-        be, it = ("is", "it") if len(names) == 1 else ("are", "they")
+        single = len(names) == 1 and " of legs " not in names[0]
+        be, it = ("is", "it") if single else ("are", "they")
         yield Note("held-as-exact", figures={"names": few(names, _LISTED), "be": be, "it": it})
 
 
