@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, get_args
 
@@ -20,10 +20,12 @@ __all__ = [
     "SymmetryError",
     "TomlFileError",
     "did_you_mean",
+    "few",
     "known_extension",
     "named_legs",
     "one_of",
     "printable",
+    "unknowns_by_name",
 ]
 
 
@@ -161,6 +163,24 @@ def named_legs(legs: Iterable[int], places: Mapping[int, str] | None = None) -> 
     told = places or {}
     numbers = [f"{leg + 1} ({told[leg]})" if leg in told else f"{leg + 1}" for leg in legs]
     return f"leg{'' if len(numbers) == 1 else 's'} {', '.join(numbers)}"
+
+
+def few(names: Sequence[object], most: int, more: str = " and {} more") -> str:
+    """Some of many, and how many more there are."""
+    listed = ", ".join(map(str, names[:most]))
+    return listed + more.format(len(names) - most) if len(names) > most else listed
+
+
+def unknowns_by_name(unknowns: Iterable[str]) -> list[str]:
+    """Name unknowns, the same one of several legs once: `base_radius of legs 1, 2`."""
+    by_name: dict[str, list[int]] = {}
+    for name in unknowns:
+        block, _, own = name.partition(".")
+        if block.startswith("leg"):
+            by_name.setdefault(own, []).append(int(block[3:]) - 1)
+        else:
+            by_name[name] = []
+    return [f"{name} of {named_legs(legs)}" if legs else name for name, legs in by_name.items()]
 
 
 def one_of(name: str, value: object, choices: Any) -> Any:

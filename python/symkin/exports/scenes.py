@@ -14,7 +14,7 @@ from xml.etree import ElementTree as ET
 import numpy as np
 from numpy.typing import NDArray
 
-from symkin.errors import SymkinError, did_you_mean
+from symkin.errors import SymkinError, did_you_mean, few
 from symkin.exports.common import MARK
 from symkin.exports.compiled_scene import compiled_scene
 from symkin.exports.scene import WORLD, Loop, Moving, Part, Scene, frame_of, of_quaternion
@@ -470,5 +470,4 @@ def _floats(text: str, count: int | None = None) -> Array:
 
 def bodies_in_words(names: Iterator[str] | Sequence[str]) -> str:
     """Names, shortened."""
-    every = list(names)
-    return ", ".join(every[:6]) + (f" and {len(every) - 6} more" if len(every) > 6 else "")
+    return few(list(names), 6)

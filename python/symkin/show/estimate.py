@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin.analysis.workspace import workspace_coordinates
+from symkin.errors import few
 from symkin.estimate.covariates import sessions_of
 from symkin.estimate.estimate import CORRECTED, REDRAWN, Estimate
-from symkin.estimate.evidence.findings import few
 from symkin.estimate.fitted_prior import FittedPrior
 from symkin.estimate.parameters import Unknown, shared_by_role
 from symkin.estimate.problem import KINDS

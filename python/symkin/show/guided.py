@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from symkin.analysis.workspace import workspace_coordinates
 from symkin.data.sensor_tables import shown_readings
+from symkin.errors import few, unknowns_by_name
 from symkin.guided import Ask, Progress, Session, Verdict
 from symkin.guided.session import LEAST_DEGREES, ROBOT, TABLE
 from symkin.model.file_frames import as_drawn
@@ -166,8 +167,7 @@ def end_text(session: Session, progress: Progress, width: int = WIDTH) -> str:
         )
         lines = _wanted(session, progress, "floor")
         if progress.unseen:
-            more = len(progress.unseen) - _NAMED
-            named = ", ".join(progress.unseen[:_NAMED]) + (f" and {more} more" if more > 0 else "")
+            named = few(unknowns_by_name(progress.unseen), _NAMED)
             lines += _filled(f"Known by their tolerances alone: {named}.", 2, width)
     else:
         head = f"Not yet: {rows}, some {progress.more} more. So far:"

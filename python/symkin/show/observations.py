@@ -9,7 +9,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from symkin.errors import named_legs
+from symkin.errors import few, named_legs
 from symkin.estimate.estimate import Estimate
 from symkin.estimate.found import LegFit
 from symkin.estimate.problem import KINDS
@@ -153,9 +153,8 @@ def _rejected(found: Estimate, fit: LegFit) -> str:
     if not len(fit.rejected):
         return "none"
     numbers = found.measurements.row_numbers[fit.rejected]
-    shown = ", ".join(map(str, numbers[:_SHOWN_ROWS].tolist()))
-    more = f" and {len(numbers) - _SHOWN_ROWS} more" if len(numbers) > _SHOWN_ROWS else ""
-    return f"{len(numbers)} (row{'s' * (len(numbers) > 1)} {shown}{more})"
+    shown = few(numbers.tolist(), _SHOWN_ROWS)
+    return f"{len(numbers)} (row{'s' * (len(numbers) > 1)} {shown})"
 
 
 def _kind_table(found: Estimate) -> list[Table]:

@@ -13,6 +13,7 @@ from symkin.analysis.measurable import measurable_symmetry
 from symkin.analysis.promises import ExpectedAccuracy, left_to_gravity
 from symkin.analysis.workspace import WorkspaceSample
 from symkin.data.sensor_tables import shown_readings
+from symkin.errors import few, unknowns_by_name
 from symkin.estimate.survey import SILENT
 from symkin.files.mechanism_file import typed_name
 from symkin.model.chains import legs_in_words
@@ -115,7 +116,9 @@ def plan_page(plan: Plan) -> Page:
     notes += _carried(plan)
     silent = [each.name for each in plan.unknowns if each.deviation > SILENT * each.prior]
     if silent:
-        notes.append(f"no better known than their priors say: {_few(silent)}")
+        notes.append(
+            f"no better known than their priors say: {few(unknowns_by_name(silent), _NAMED)}"
+        )
     if basis is not None and basis.survey is not None and basis.survey.sessions:
         own = " and ".join(basis.survey.sessions)
         notes.append(f"{own} of single sessions are not planned for: all poses count as of one")
@@ -258,17 +261,12 @@ def _survey_text(survey: Survey) -> str:
     kinds = [kind for kind in survey.observed.kinds if kind != "readings"]
     of = " of the target" if {"pose", "position", "orientation", "distance"} & set(kinds) else ""
     text = f"Observed will be {' and '.join(['the readings', *kinds])}{of}; unknown are "
-    text += f"{plural(len(survey.unknowns), 'scalar')}: {_few(survey.unknowns)}."
+    named = few(unknowns_by_name(survey.unknowns), _NAMED)
+    text += f"{plural(len(survey.unknowns), 'scalar')}: {named}."
     if survey.together > 1:
         text += " Poses are in pairs, one behind the other: rows 1 and 2, 3 and 4, and so on."
     priors = int(np.isfinite(survey.priors).sum())
     return f"{text} Priors of {count(priors)} of them count too." if priors else text
-
-
-def _few(names: Sequence[str]) -> str:
-    """Names, or the first of many."""
-    more = len(names) - _NAMED
-    return ", ".join(names[:_NAMED]) + (f" and {count(more)} more" if more > 0 else "")
 
 
 def plan_section(plan: Plan, simulation: Simulation | None = None) -> Section:

@@ -9,8 +9,8 @@ import numpy as np
 
 from symkin.analysis.evaluation import AlignedErrors, Evaluation
 from symkin.analysis.promises import ExpectedAccuracy
+from symkin.errors import few
 from symkin.estimate.estimate import Estimate
-from symkin.estimate.evidence.findings import few
 from symkin.estimate.fleet import Fleet
 from symkin.files.mechanism_file import typed_name
 from symkin.pipeline import ProtocolResult

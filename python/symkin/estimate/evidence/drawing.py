@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin import _core
-from symkin.errors import SymkinError
+from symkin.errors import SymkinError, few, unknowns_by_name
 from symkin.estimate.conflict import LIMIT
-from symkin.estimate.evidence.findings import Doubt, Note, few, unknowns_by_name
+from symkin.estimate.evidence.findings import Doubt, Note
 from symkin.estimate.fit import FALSE_ALARMS
 from symkin.estimate.found import Found
 from symkin.estimate.parameters import Unknown

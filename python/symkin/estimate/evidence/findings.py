@@ -8,34 +8,16 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, ClassVar, TypeVar
 
-from symkin.errors import named_legs
+from symkin.errors import few, named_legs
 from symkin.estimate.evidence.codes import DOUBTS, NOTES, Code
 from symkin.model.mechanism import Mechanism
 from symkin.options import flags_of
 from symkin.present import asker
 from symkin.values import Value, field, record
 
-__all__ = ["Doubt", "Note", "few", "of_readings", "unknowns_by_name"]
+__all__ = ["Doubt", "Note", "of_readings"]
 
 _LISTED = 8
-
-
-def few(names: Sequence[object], most: int, more: str = " and {} more") -> str:
-    """Some of many, and how many more there are."""
-    listed = ", ".join(map(str, names[:most]))
-    return listed + more.format(len(names) - most) if len(names) > most else listed
-
-
-def unknowns_by_name(unknowns: Iterable[str]) -> list[str]:
-    """Name unknowns, the same one of several legs once: `base_radius of legs 1, 2`."""
-    by_name: dict[str, list[int]] = {}
-    for name in unknowns:
-        block, _, own = name.partition(".")
-        if block.startswith("leg"):
-            by_name.setdefault(own, []).append(int(block[3:]) - 1)
-        else:
-            by_name[name] = []
-    return [f"{name} of {named_legs(legs)}" if legs else name for name, legs in by_name.items()]
 
 
 @record

@@ -9,9 +9,9 @@ from collections.abc import Collection, Iterator, Sequence
 import numpy as np
 
 from symkin.analysis.promises import left_to_gravity
-from symkin.errors import SymkinError
+from symkin.errors import SymkinError, few, unknowns_by_name
 from symkin.estimate.evidence.drawing import unneeded_parameters, weak_parameters
-from symkin.estimate.evidence.findings import Doubt, Note, few, unknowns_by_name
+from symkin.estimate.evidence.findings import Doubt, Note
 from symkin.estimate.evidence.table_edits import with_readings
 from symkin.estimate.evidence.unseen import notes_of_the_unseen
 from symkin.estimate.fit import changed_settings

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from symkin.errors import few
 from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.evidence.residuals import ALARMS, Diagnosed
 from symkin.estimate.fit import FALSE_ALARMS
@@ -129,8 +130,7 @@ def doubts_of_rows(found: Found, outliers: Sequence[Outlier]) -> Iterator[Doubt]
     """Name the rows that do not fit, and how far they are off."""
     if outliers:
         told = [_off(found.rows, each) if each.place >= 0 else _far(each) for each in outliers]
-        more = f" and {len(told) - _NAMED} more" if len(told) > _NAMED else ""
-        named = f"{', '.join(told[:_NAMED])}{more}"
+        named = few(told, _NAMED)
         these = f"row {named} does" if len(told) == 1 else f"rows {named} do"
         worst = outliers[0]
         legs = tuple(sorted({each.leg for each in outliers if each.leg is not None}))

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from symkin.errors import SymkinError
+from symkin.errors import SymkinError, few
 from symkin.estimate.evidence.changes import Rows, asked_for, rows_of_changes, terms_of_changes
-from symkin.estimate.evidence.findings import Note, few
+from symkin.estimate.evidence.findings import Note
 from symkin.estimate.evidence.residuals import ALARMS
 from symkin.estimate.evidence.sag import SAG_ALARMS, columns_of_sag
 from symkin.estimate.found import Found
