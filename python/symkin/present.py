@@ -2,13 +2,12 @@
 """What a page says, before it is text or HTML; and the one way from a result to its page.
 
 A result is made in rooms that know nothing of pages. `page_of`, `summary_of` and `notebook_of` ask
-`symkin.show`, which registers what tells each kind of result, and is loaded when it is first asked.
+`symkin.show`, which names what tells each kind of result; that is loaded when it is first asked.
 """
 
 from __future__ import annotations
 
 import contextlib
-import functools
 import importlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextvars import ContextVar
@@ -252,45 +251,52 @@ def draws(page: Page, image: Image) -> bool:
     return not image.details or page.verdict != "good" or _ALL_FIGURES.get()
 
 
-def _shown(function: Any, result: object) -> Any:
-    """What is told of a result once `symkin.show`, which tells all of them, is there."""
-    importlib.import_module("symkin.show")
-    return function.dispatch(type(result))
+def _loaded(name: str) -> Any:
+    module, _, attribute = name.rpartition(".")
+    return getattr(importlib.import_module(f"symkin.{module}"), attribute)
 
 
-@functools.singledispatch
+def kinds_told() -> list[type]:
+    """The classes that there are pages of."""
+    return [_loaded(name) for name in _loaded("show.PAGES")]
+
+
+def _told(table: str, result: object) -> Any:
+    """What tells a result, by a table of `symkin.show`; None if nothing does."""
+    tellers: Mapping[str, str] = _loaded(f"show.{table}")
+    for kind in type(result).__mro__:
+        name = f"{kind.__module__}.{kind.__qualname__}".removeprefix("symkin.")
+        if name in tellers:
+            return _loaded(f"show.{tellers[name]}")
+    return None
+
+
 def page_of(result: object) -> Page:
     """Return what there is to say of a result, from which text and HTML are rendered.
 
     Raises
     ------
     TypeError
-        For what no page is registered for.
+        For what has no page.
     """
-    told = _shown(page_of, result)
-    if told is page_of.dispatch(object):
+    told = _told("PAGES", result)
+    if told is None:
         raise TypeError(f"there is no page of a {type(result).__name__}")
     page: Page = told(result)
     return page
 
 
-@functools.singledispatch
 def summary_of(result: object) -> Page:
     """Return the top of a result's page, without what takes longer to calculate."""
-    told = _shown(summary_of, result)
-    page: Page = page_of(result) if told is summary_of.dispatch(object) else told(result)
+    told = _told("SUMMARIES", result)
+    page: Page = page_of(result) if told is None else told(result)
     return page
 
 
-@functools.singledispatch
 def notebook_of(result: object) -> str:
     """Return what a notebook shows of an object, HTML."""
-    told = _shown(notebook_of, result)
-    html: str = (
-        _rendering().summary_html(summary_of(result))
-        if told is notebook_of.dispatch(object)
-        else told(result)
-    )
+    told = _told("NOTEBOOKS", result)
+    html: str = _rendering().summary_html(summary_of(result)) if told is None else told(result)
     return html
 
 

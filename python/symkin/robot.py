@@ -33,9 +33,8 @@ from symkin.planning.making import plan
 from symkin.planning.plan import Plan
 from symkin.planning.selection import Criterion, Design, Region, SelectionMethod
 from symkin.planning.simulation import Simulation, simulate
-from symkin.present import Page
+from symkin.present import Page, kinds_told
 from symkin.results import Result, loaded
-from symkin.show import PAGES
 from symkin.show.images import plotted
 from symkin.storage.tables import TableSource
 
@@ -348,4 +347,5 @@ def read_result(path: str | os.PathLike[str]) -> Any:
     ResultsError
         If there is none, or one of a kind or a version that this symkin does not know.
     """
-    return loaded(path, [kind for kind in PAGES if issubclass(kind, Result)], {Mechanism: Robot})
+    kinds = [kind for kind in kinds_told() if issubclass(kind, Result)]
+    return loaded(path, kinds, {Mechanism: Robot})

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: MIT
-"""``symkin accept`` and ``compare``: whether a robot keeps its tolerance, and what has moved."""
+"""``symkin evaluate``, ``accept`` and ``compare``: how good a robot is, and what has moved."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -10,24 +12,141 @@ import typer
 
 import symkin
 from symkin.acceptance import ABOUT, Acceptance
+from symkin.acceptance.calibration import calibrated_of, rows_seen
 from symkin.cli.console import Telling, print_result, progress, write_result
 from symkin.cli.options import (
+    CandidatesOption,
     ColumnsOption,
+    ConfidenceOption,
     IgnoreOption,
     OverwriteOption,
+    SeedOption,
     accuracies_of,
     columns_of,
     command,
     folder_of,
     of,
     option,
+    refuse_unless,
     several_of,
+    share_of,
 )
+from symkin.model.mechanism import require_same_shape
 from symkin.options import Judge
 from symkin.robot import load_mechanism
+from symkin.show.wording import plural
 from symkin.storage.output_files import OutputFiles
 
-_FILES = ("comparison.json", "comparison.html")
+_EVALUATION = ("evaluation.json", "evaluation.html")
+_COMPARISON = ("comparison.json", "comparison.html")
+
+
+@command(
+    "symkin run 3RRR --out out",
+    "symkin evaluate 3RRR --actual out/actual.toml",
+    "symkin evaluate out/calibrated.toml --actual out/actual.toml",
+    "symkin evaluate out/calibrated.toml --measurements out/measurements.csv",
+)
+def evaluate(
+    *,
+    model: Annotated[
+        str,
+        typer.Argument(
+            metavar="MODEL",
+            help="The mechanism file that a controller would use, or a shipped name.",
+            show_default=False,
+        ),
+    ],
+    actual: Annotated[
+        str | None, option("FILE", "The simulated robot, of `symkin simulate`.")
+    ] = None,
+    plan: Annotated[Path | None, option("FILE", "A plan whose poses are commanded.")] = None,
+    candidates: CandidatesOption = None,
+    measurements: Annotated[Path | None, option("FILE", "Measured poses and readings.")] = None,
+    columns: ColumnsOption = None,
+    ignore: IgnoreOption = None,
+    confidence: ConfidenceOption = "0.95",
+    out: Annotated[Path | None, folder_of("evaluation.json and evaluation.html")] = None,
+    seed: SeedOption = None,
+    overwrite: OverwriteOption = False,
+    telling: Telling,
+) -> None:
+    """Say how far the end effector is from where it should be.
+
+    Against a simulated robot: the poses that it takes, less those commanded through the model, over
+    the poses of a plan or else over the robot's workspace. Against measurements: the model's poses
+    at the measured readings, less the measured poses. "Aligned" is what remains after the best
+    constant motions of base and tool, which say nothing of the mechanism.
+    The closures are how far each leg is from reaching the measured poses at the measured readings.
+    """
+    given = {"actual": actual, "plan": plan, "candidates": candidates}
+    given |= {"measurements": measurements, "columns": columns}
+    _require_one_robot(**given)
+    share = share_of(confidence, "confidence")
+    refuse_unless(
+        ignore is None or measurements is not None, "--ignore goes with --measurements alone"
+    )
+    refuse_unless(
+        seed is None or (measurements is None and plan is None),
+        "--seed draws the poses that are evaluated; it goes without --measurements and --plan",
+    )
+    with progress() as stage:
+        stage("reading the model")
+        loaded = load_mechanism(model)
+        robot = load_mechanism(actual) if actual is not None else None
+        inputs = [*loaded.files, *(robot.files if robot else ()), plan, measurements, columns]
+        with OutputFiles(inputs, overwrite) as outputs:
+            target = outputs.folder(out, *_EVALUATION) if out else None
+            stage("evaluating")
+            if measurements is not None:
+                measured = symkin.read_measurements(
+                    measurements, loaded, columns_of(columns), ignore=ignore or ()
+                )
+                result = symkin.evaluate(loaded, measurements=measured, confidence=share)
+                result = replace(result, notes=(*result.notes, *_seen(model, measured)))
+            elif robot is not None:
+                require_same_shape(robot, loaded)  # before its workspace is sampled
+                if plan is None:
+                    poses = symkin.sample_workspace(robot, candidates, seed).poses
+                else:
+                    commanded = symkin.read_plan(plan, loaded)
+                    poses = commanded.poses[~commanded.spare]
+                result = symkin.evaluate(loaded, actual=robot, poses=poses, confidence=share)
+            document = {
+                "command": "evaluate",
+                "mechanism": loaded.name,
+                "settings": {**given, "seed": seed},
+                "evaluation": result.to_dict(),
+            }
+            if target:
+                write_result(result, telling, document, target, "evaluation")
+    print_result(result, telling, out, _EVALUATION, document)
+
+
+def _seen(model: str, measured: symkin.Measurements) -> Iterator[str]:
+    """What to know where a calibration is held against rows that it was fitted to."""
+    found, _, _ = calibrated_of(model)
+    again = () if found is None else rows_seen(found, measured)
+    if again:
+        yield (
+            f"{len(again)} of {plural(len(measured.poses), 'row')} are those that the calibration "
+            "was fitted to, at which it looks better than elsewhere; measure others, and ask "
+            "symkin accept"
+        )
+
+
+def _require_one_robot(
+    *, actual: object, plan: object, candidates: object, measurements: object, columns: object
+) -> None:
+    """Refuse options that do not go together."""
+    if (actual is None) == (measurements is None):
+        raise typer.BadParameter("give either --actual or --measurements")
+    if measurements is not None and (plan is not None or candidates is not None):
+        raise typer.BadParameter("--plan and --candidates go with --actual alone")
+    if plan is not None and candidates is not None:
+        raise typer.BadParameter("give --plan or --candidates, not both")
+    if columns is not None and measurements is None:
+        raise typer.BadParameter("--columns goes with --measurements alone")
 
 
 @command(
@@ -164,7 +283,7 @@ def compare(
     explains.
     """
     with progress() as stage, OutputFiles([first, second], overwrite) as outputs:
-        target = outputs.folder(out, *_FILES) if out else None
+        target = outputs.folder(out, *_COMPARISON) if out else None
         stage("reading the calibrations")
         pair = [symkin.read_estimate(each) for each in (first, second)]
         stage("comparing")
@@ -172,4 +291,4 @@ def compare(
         document = {"command": "compare", **result.to_dict()}
         if target:
             write_result(result, telling, document, target, "comparison")
-    print_result(result, telling, out, _FILES, document)
+    print_result(result, telling, out, _COMPARISON, document)

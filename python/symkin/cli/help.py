@@ -53,7 +53,7 @@ _FUNCTIONS = {
     "measure": "measure.measure",
     "simulate-device": "measure.simulate_device",
     "identify": "identify.identify",
-    "evaluate": "identify.evaluate",
+    "evaluate": "acceptance.evaluate",
     "accept": "acceptance.accept",
     "compare": "acceptance.compare",
     "show": "show.show",

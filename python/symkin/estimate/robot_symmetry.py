@@ -399,7 +399,10 @@ def _likeliest(seen: Array, noise: Array, blocks: Sequence[Array]) -> Array:
         return float(whitened @ whitened + 2 * np.log(np.diag(factor)).sum())
 
     for _ in range(_SWEEPS):
+        before = sizes
         for place in range(len(sizes)):
             tried = [np.where(np.arange(len(sizes)) == place, size, sizes) for size in _SIZES]
             sizes = min(tried, key=misfit)
+        if np.array_equal(sizes, before):
+            break
     return sizes

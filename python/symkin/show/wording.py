@@ -10,10 +10,10 @@ from pathlib import Path
 from symkin.analysis.promises import ExpectedAccuracy
 from symkin.errors import printable
 from symkin.estimate.precision import Expected
+from symkin.estimate.survey import HeldByPriors
 from symkin.model.chains import legs_counted
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import PoseSpace
-from symkin.planning import HeldByPriors
 from symkin.show.units import on_paper
 
 NONE = "\N{EN DASH}"

@@ -14,12 +14,12 @@ import symkin
 from symkin.errors import ResultsError
 from symkin.estimate.robot_symmetry import robot_symmetry
 from symkin.model.settings import ProtocolSettings
+from symkin.present import kinds_told
 from symkin.results import Result
-from symkin.show import PAGES
 from symkin.study.definition import StudyDefinition
 
 DECLARED = Path(__file__).resolve().parents[3] / "mechanisms" / "declared"
-KINDS = sorted(kind.__name__ for kind in PAGES if issubclass(kind, Result))
+KINDS = sorted(kind.__name__ for kind in kinds_told() if issubclass(kind, Result))
 
 
 @pytest.fixture(scope="module")

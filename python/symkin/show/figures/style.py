@@ -20,7 +20,7 @@ from matplotlib.gridspec import SubplotSpec
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
-from matplotlib.ticker import LogFormatter, LogLocator, MaxNLocator
+from matplotlib.ticker import FixedLocator, LogFormatter, LogLocator, MaxNLocator
 from matplotlib.transforms import Bbox
 from mpl_toolkits.mplot3d import Axes3D  # type: ignore[import-untyped]
 from numpy.typing import NDArray
@@ -173,8 +173,10 @@ def powers_of_ten(axis: Axis) -> None:
     axis.set_major_formatter(Powers())
     axis.set_minor_formatter(Powers())
     low, high = axis.get_view_interval()
-    if high > _DECADES * low:
-        axis.set_minor_locator(LogLocator(subs=(2, 5)))
+    subs = (2, 5) if high > _DECADES * low else None
+    marks = np.asarray(LogLocator(subs=subs).tick_values(low, high))
+    # Those alone that are seen: matplotlib makes, measures and moves decades of others.
+    axis.set_minor_locator(FixedLocator(marks[(marks >= low) & (marks <= high)].tolist()))
 
 
 def sign(marker: str, label: str, colour: str = INK, size: float = 5.5, **style: Any) -> Line2D:
