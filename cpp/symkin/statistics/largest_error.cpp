@@ -2,11 +2,13 @@
 #include "symkin/statistics/largest_error.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 #include <string>
 #include <vector>
 
+#include "symkin/statistics/detail/largest_kernels.hpp"
 #include "symkin/statistics/distributions.hpp"
 #include "symkin/support/dense.hpp"
 #include "symkin/support/error.hpp"
@@ -17,9 +19,6 @@ namespace symkin {
 namespace {
 
 constexpr std::uint64_t kSeed = 20;
-constexpr Index kBlock = 500;  // draws that are held together
-
-using Squares = Eigen::Array<double, 1, Eigen::Dynamic>;  // one for each draw
 
 void check(ConstRows effects, Index rows_per_pose, Index parts, ConstRows covariances,
            const LargestErrorOptions& options) {
@@ -80,24 +79,22 @@ std::vector<RowMatrix> worst_poses(ConstRows effects, Index rows_per_pose, Index
 // Adds the largest squared error of each draw, the same draws for all parts.
 void draw(const std::vector<RowMatrix>& moves, Index rows, Index draws, Random& random,
           std::vector<std::vector<double>>& largest) {
-  RowMatrix normals;
-  for (Index first = 0; first < draws; first += kBlock) {
+  const detail::FindLargest find_largest = detail::find_largest();
+  RowMatrix normals = RowMatrix::Zero(moves.front().cols(), detail::kDraws);
+  std::array<double, detail::kDraws> found{};
+  for (Index first = 0; first < draws; first += detail::kDraws) {
     check_interrupt();
-    normals.resize(std::min(kBlock, draws - first), moves.front().cols());
-    for (double& each : normals.reshaped<Eigen::RowMajor>()) {
-      each = random.normal();
+    const Index count = std::min(detail::kDraws, draws - first);
+    for (auto each : normals.leftCols(count).colwise()) {
+      for (double& value : each) {
+        value = random.normal();
+      }
     }
     for (std::size_t part = 0; part < moves.size(); ++part) {
-      const RowMatrix errors = product(moves[part], normals.transpose());
-      Squares most = Squares::Zero(errors.cols());
-      for (Index row = 0; row < errors.rows(); row += rows) {
-        Squares square = errors.row(row).array().square();
-        for (Index k = 1; k < rows; ++k) {
-          square += errors.row(row + k).array().square();
-        }
-        most = most.max(square);
-      }
-      largest[part].insert(largest[part].end(), most.begin(), most.end());
+      const RowMatrix& of_part = moves[part];
+      find_largest(of_part.data(), of_part.rows() / rows, rows, of_part.cols(), normals.data(),
+                   found.data());
+      largest[part].insert(largest[part].end(), found.begin(), found.begin() + count);
     }
   }
 }
