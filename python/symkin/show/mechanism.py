@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
+from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -514,6 +515,7 @@ def _counts_by_need(mechanism: Mechanism, nodes: int) -> list[int]:
         conditions = mechanism.singularity_measures(_poses(mechanism, at))[2]
         lines.append(np.log(conditions).reshape(_LINES, _FINE))
 
+    @cache
     def bend(place: int, count: int) -> float:
         shares = np.linspace(0, 1, _FINE)
         nodes = np.linspace(0, 1, count)
