@@ -183,7 +183,7 @@ class FolderResult(Result):
         overwrite : bool
             Whether files that exist may be replaced, and those of an earlier result removed.
         report : bool
-            Whether to draw the report, which takes a third of the time.
+            Whether to draw the report, which takes as long as all else.
 
         Returns
         -------

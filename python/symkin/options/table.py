@@ -53,7 +53,7 @@ _ALL = (
            help="Replace the files of an earlier run, or remove those not written again; never one "
                 "that is read."),
     Option("report", bool, default=True,
-           help="Draw the page, which takes a third of the time."),
+           help="Draw the page, which takes as long as all else."),
     Option("all_figures", bool, default=False,
            help="Draw the page's figures for details too, which that of a good result leaves out."),
     Option("units", str, default="", metavar="UNITS",
