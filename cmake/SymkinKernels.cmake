@@ -5,7 +5,8 @@ check_cxx_compiler_flag(-mavx2 SYMKIN_COMPILER_HAS_AVX2)
 check_cxx_compiler_flag(-mavx512f SYMKIN_COMPILER_HAS_AVX512)
 
 # symkin_add_kernels(
-#   <library> PROCESSORS <avx2 or avx512>... SOURCES <file>... LIBRARIES <target>...
+#   <library> [NAME <of these, where a library has several>] PROCESSORS <avx2 or avx512>...
+#   SOURCES <file>... LIBRARIES <target>...
 # )
 #
 # Kernels, the loops in which the library spends its time, are compiled once to run everywhere and
@@ -15,22 +16,29 @@ check_cxx_compiler_flag(-mavx512f SYMKIN_COMPILER_HAS_AVX512)
 # shares no function with the rest: tests/cpp/support/shared_symbols.cmake. Fused multiplications stay
 # off, so that results do not depend on the processor.
 function(symkin_add_kernels library)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "PROCESSORS;SOURCES;LIBRARIES")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "NAME" "PROCESSORS;SOURCES;LIBRARIES")
   set(flags_avx2 -mavx2)
   set(flags_avx512 -mavx2 -mfma -mavx512f)  # Eigen wants both
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    list(APPEND flags_avx512 -Wno-maybe-uninitialized)  # its own header begins with what is undefined
+  endif()
   # GCC copies arrays of batches by halves, which the processor then cannot read at once.
   check_cxx_compiler_flag(-mmove-max=256 SYMKIN_COMPILER_HAS_MOVE_MAX)
   if(SYMKIN_COMPILER_HAS_MOVE_MAX)
     list(APPEND flags_avx2 -mmove-max=256 -mstore-max=256)
   endif()
-  set(plain ${library}_kernels)
+  set(own ${library})
+  if(arg_NAME)
+    set(own ${library}_${arg_NAME})
+  endif()
+  set(plain ${own}_kernels)
   set(kinds everywhere ${arg_PROCESSORS})
   foreach(kind IN LISTS kinds)
     string(TOUPPER ${kind} upper)
     if(kind STREQUAL everywhere)
       set(name ${plain})
     elseif(SYMKIN_COMPILER_HAS_${upper})
-      set(name ${library}_${kind})
+      set(name ${own}_${kind})
     else()
       continue()
     endif()

@@ -5,10 +5,12 @@
 #include <Eigen/LU>
 #include <Eigen/QR>
 #include <algorithm>
+#include <bitset>
 #include <cmath>
 #include <cstddef>
 #include <iterator>
 #include <limits>
+#include <numeric>
 #include <string>
 
 #include "symkin/chains/declared/pivoted_qr.hpp"
@@ -60,6 +62,67 @@ double mirrored_volume(Compares compares) {
                  compares == Compares::planar_point
              ? -1
              : 1;
+}
+
+// 1 where an order is an even number of exchanges away from the ascending one, else -1.
+double sign_of(const std::vector<int>& order) {
+  double sign = 1;
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    for (std::size_t k = 0; k < i; ++k) {
+      sign = order[k] > order[i] ? -sign : sign;
+    }
+  }
+  return sign;
+}
+
+int count_of(unsigned rows) { return static_cast<int>(std::bitset<kMostEquations>(rows).count()); }
+
+// Of columns that reach so many of the equations: those that reach few first.
+Elimination elimination_of(const std::vector<int>& columns, const std::vector<unsigned>& reach,
+                           int equations) {
+  const auto reached = [&](int position) {
+    return reach[static_cast<std::size_t>(columns[static_cast<std::size_t>(position)])];
+  };
+  std::vector<int> order(columns.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](int a, int b) { return count_of(reached(a)) < count_of(reached(b)); });
+  Elimination made;
+  std::vector<unsigned> mirrors;
+  std::vector<int> axes;
+  unsigned used = 0;
+  for (const int position : order) {
+    Elimination::Mirror& mirror = made.mirrors[made.rank++];
+    mirror = {columns[static_cast<std::size_t>(position)], 0, 0, {}, 0, {}};
+    unsigned rows = reached(position);
+    for (std::size_t i = 0; i < mirrors.size(); ++i) {
+      if ((mirrors[i] & rows) != 0) {
+        rows |= mirrors[i];
+        mirror.earlier[mirror.earlier_count++] = static_cast<int>(i);
+      }
+    }
+    const auto take = [&](unsigned some) {
+      for (int row = 0; row < equations; ++row) {
+        if ((some >> row & 1U) != 0) {
+          mirror.rows[mirror.row_count++] = row;
+        }
+      }
+    };
+    take(rows & ~used);
+    mirror.mirrored = mirror.row_count;
+    take(rows & used);
+    mirrors.push_back(rows & ~used);
+    axes.push_back(mirror.rows[0]);
+    used |= 1U << mirror.rows[0];
+  }
+  for (int row = 0, i = 0; row < equations; ++row) {
+    if ((used >> row & 1U) == 0) {
+      made.left[i++] = row;
+      axes.push_back(row);
+    }
+  }
+  made.sign = sign_of(order) * sign_of(axes);
+  return made;
 }
 
 Pose between(const Pose& from, const Pose& to, double share) {
@@ -125,6 +188,7 @@ Assembly::Assembly(const Description& leg, const Home& home)
     std::copy_if(joints->begin(), joints->end(), std::back_inserter(moving_), moves);
   }
   closures_ = loops_.equations() - passive_rank_;
+  find_elimination();
   if (closures_ < 1) {
     const auto freedoms = static_cast<std::size_t>(passive_rank_) + read_.size();
     throw InvalidInput("a leg with " + std::to_string(freedoms) +
@@ -148,6 +212,21 @@ Assembly::Assembly(const Description& leg, const Home& home)
       mirrored_side_ *= mirrored_volume(loop.compares);
     }
   }
+}
+
+void Assembly::find_elimination() {
+  if (passive_rank_ < moving_passive_ || whole_rank_ < static_cast<int>(moving_.size())) {
+    return;
+  }
+  // Where several unit vectors might be the closures the order decides which they are.
+  const bool any = closures_ > (read_.empty() ? 1 : 2);
+  const unsigned whole = (1U << loops_.equations()) - 1;
+  const std::vector<unsigned> reach =
+      any ? std::vector<unsigned>(loops_.own().size(), whole) : loops_.reach();
+  const std::vector<int> passive(moving_.begin(), moving_.begin() + moving_passive_);
+  elimination_ = std::make_shared<const std::array<Elimination, 2>>(
+      std::array{elimination_of(moving_, reach, loops_.equations()),
+                 elimination_of(passive, reach, loops_.equations())});
 }
 
 MirrorImage Assembly::mirror_image() const {
@@ -175,15 +254,13 @@ void Assembly::set_leg(ConstVector scalars, bool mirrored) {
 }
 
 bool Assembly::lane_leg(std::vector<LaneTransform>& transforms, LaneLeg& leg) const {
-  const auto count = [](const std::vector<int>& joints) { return static_cast<int>(joints.size()); };
-  if (read_.size() > 1 || passive_rank_ < moving_passive_ || whole_rank_ < count(moving_)) {
+  if (read_.size() > 1 || !elimination_) {
     return false;
   }
   leg = loops_.lane_leg(transforms);
   leg.home = home_joints_.data();
-  leg.moving = moving_.data();
-  leg.moving_count = count(moving_);
-  leg.passive_count = moving_passive_;
+  leg.moving = &elimination_->front();
+  leg.passive = &elimination_->back();
   leg.read = read_.empty() ? -1 : read_.front();
   leg.side = read_.size() == 1 && closures_ == 1 ? home_side_ : 0;
   leg.exact = whole_rank_ == loops_.equations();

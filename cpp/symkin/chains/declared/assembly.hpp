@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <array>
+#include <memory>
 #include <vector>
 
 #include "symkin/chains/declared/loops.hpp"
@@ -60,6 +62,7 @@ class Assembly {
   const Columns& reciprocal();
 
  private:
+  void find_elimination();
   bool newton(const Pose& pose, const std::vector<int>& moving, int rank, Joints& joints);
   void walk(const Pose& pose, const Joints& joints);
   bool on_branch();
@@ -76,6 +79,8 @@ class Assembly {
   std::vector<int>
       moving_;              // without those that move nothing at home: passive ones, then read ones
   int moving_passive_ = 0;  // of these
+  // As the kernels take these, all and the passive ones; null where they depend on each other.
+  std::shared_ptr<const std::array<Elimination, 2>> elimination_;
   int closures_ = 0, passive_rank_ = 0, whole_rank_ = 0;
   double home_side_ = 1, drawn_side_ = 1, mirrored_side_ = 1;
   // Where the joints are now, once asked for.

@@ -133,8 +133,8 @@ class DeclaredModel final : public ChainModel {
     std::vector<double> closed_at(own * static_cast<std::size_t>(poses.rows()));
     std::vector<char> closed(static_cast<std::size_t>(poses.rows()), 0);
     if (lanes.possible()) {
-      declared_kernels().close(lanes.leg(), plain(poses).data(), poses.rows(), closed_at.data(),
-                               closed.data());
+      declared_kernels(poses.rows())
+          .close(lanes.leg(), plain(poses).data(), poses.rows(), closed_at.data(), closed.data());
     }
     Joints joints;
     for (std::size_t i = 0; i < closed.size(); ++i) {
@@ -397,8 +397,9 @@ class DeclaredModel final : public ChainModel {
     RowMatrix together;
     if (const SideBySide lanes(leg); lanes.possible()) {
       together.resize(rows.closure.size(), kClosureNumbers + scalars);
-      declared_kernels().closures(lanes.leg(), plain(poses).data(), read.data(), poses.rows(),
-                                  first, info().closures, together.data(), closed.data());
+      declared_kernels(poses.rows())
+          .closures(lanes.leg(), plain(poses).data(), read.data(), poses.rows(), first,
+                    info().closures, together.data(), closed.data());
     }
     Joints joints = leg.home_joints();
     Work work;

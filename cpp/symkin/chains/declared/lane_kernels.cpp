@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 
-// Compiled twice on x86-64, see chains/detail/kernels.hpp: a pose a lane.
+// Compiled three times on x86-64, see chains/detail/kernels.hpp: a pose a lane.
 #include "symkin/chains/declared/lane_loops.hpp"
 #include "symkin/chains/declared/lane_qr.hpp"
 #include "symkin/chains/detail/kernels.hpp"
@@ -15,16 +15,16 @@ class LaneAssembly {
   using Qr = LaneQr<T, kMostEquations, kMostJoints>;
 
  public:
-  LaneAssembly(const LaneLeg& leg, int rank)
+  LaneAssembly(const LaneLeg& leg, const Elimination& order)
       : leg_(leg),
         loops_(leg),
-        qr_(leg.equations, rank),
-        next_(leg.equations, rank),
+        qr_(order),
+        next_(order),
         work_(static_cast<std::size_t>(leg.scalar_count)) {}
 
   static void close(const LaneLeg& leg, const double* poses, Index count, double* joints,
                     char* closed) {
-    LaneAssembly assembly(leg, leg.moving_count);
+    LaneAssembly assembly(leg, *leg.moving);
     for (Index first = 0; first < count; first += Lanes<T>::kCount) {
       const Rows rows(first, count);
       T own[kMostJoints];
@@ -43,7 +43,7 @@ class LaneAssembly {
 
   static void closures(const LaneLeg& leg, const double* poses, const double* read, Index count,
                        int first_closure, int closures, double* to, char* closed) {
-    LaneAssembly assembly(leg, leg.passive_count);
+    LaneAssembly assembly(leg, *leg.passive);
     for (Index first = 0; first < count; first += Lanes<T>::kCount) {
       const Rows rows(first, count);
       T own[kMostJoints];
@@ -92,10 +92,10 @@ class LaneAssembly {
     for (int i = 0; i < kMost; ++i) {
       loops_.columns(columns_);
       if (Lanes<T>::any(waits)) {
-        next_.factorise(columns_, leg_.moving);
+        next_.factorise(columns_);
         qr_.take(!waits, next_);
       } else {
-        qr_.factorise(columns_, leg_.moving);
+        qr_.factorise(columns_);
       }
       const T largest = step(waits, kLongest, own);
       waits = waits | !(largest > T(kShort));  // NaN waits, too
@@ -108,9 +108,9 @@ class LaneAssembly {
 
   T step(const Mask& waits, double longest, T* own) {
     using std::abs;
-    T step[kMostEquations];
-    loops_.residual(step);
-    qr_.solve(step);
+    T missed[kMostEquations], step[kMostJoints];
+    loops_.residual(missed);
+    qr_.solve(missed, step);
     T largest(0.0);
     for (int k = 0; k < qr_.rank(); ++k) {
       const T size = abs(step[k]);
@@ -119,7 +119,7 @@ class LaneAssembly {
     const T limit(longest);
     T share = Lanes<T>::select(largest > limit, limit / largest, T(1.0));
     for (int k = 0; k < qr_.rank(); ++k) {
-      T& moved = own[leg_.moving[k]];
+      T& moved = own[qr_.column(k)];
       moved = Lanes<T>::select(waits, moved, moved - share * step[k]);
     }
     loops_.walk(own);
@@ -154,10 +154,10 @@ class LaneAssembly {
   // As Assembly::reciprocal(); returns what the first closure gains by the first read joint.
   T find_reciprocal() {
     loops_.columns(columns_);
-    qr_.factorise(columns_, leg_.moving);
-    const int count = leg_.equations - leg_.passive_count;
+    qr_.factorise(columns_);
+    const int count = leg_.equations - qr_.rank();
     for (int i = 0; i < count; ++i) {
-      qr_.complement(i, reciprocal_[i]);
+      qr_.complement(i, leg_.equations, reciprocal_[i]);
     }
     const T side = qr_.orientation();
     if (leg_.read < 0 || count == 1) {
@@ -223,7 +223,11 @@ struct DeclaredKernelsOf {
   static constexpr DeclaredKernels kTable{LaneAssembly<T>::close, LaneAssembly<T>::closures};
 };
 
-#ifdef SYMKIN_COMPILES_AVX2
+#if defined(SYMKIN_COMPILES_AVX512)
+const DeclaredKernels* declared_kernels_avx512() {
+  return &DeclaredKernelsOf<chains::Scalar<xsimd::avx512f>>::kTable;
+}
+#elif defined(SYMKIN_COMPILES_AVX2)
 const DeclaredKernels* declared_kernels_avx2() {
   return &DeclaredKernelsOf<chains::Scalar<xsimd::avx2>>::kTable;
 }
@@ -231,8 +235,17 @@ const DeclaredKernels* declared_kernels_avx2() {
 #ifdef SYMKIN_HAS_AVX2
 const DeclaredKernels* declared_kernels_avx2();
 #endif
+#ifdef SYMKIN_HAS_AVX512
+const DeclaredKernels* declared_kernels_avx512();
+#endif
 
-const DeclaredKernels& declared_kernels() {
+const DeclaredKernels& declared_kernels([[maybe_unused]] Index count) {
+#ifdef SYMKIN_HAS_AVX512
+  constexpr Index kFew = 4;  // which wider lanes would not do faster
+  if (count > kFew && processor() >= Processor::avx512) {
+    return *declared_kernels_avx512();
+  }
+#endif
 #ifdef SYMKIN_HAS_AVX2
   if (processor() >= Processor::avx2) {
     return *declared_kernels_avx2();

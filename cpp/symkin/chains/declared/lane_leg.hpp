@@ -35,8 +35,11 @@ struct LaneJoint {
 struct LanePath {
   const Step* steps;
   int count;
-  int fixed, posed;  // the first step that depends on the pose, and the first behind it on joints
-  int frames;        // where its own begin among those of all paths
+  int fixed, posed;   // the first step that depends on the pose, and the first behind it on joints
+  const int* frames;  // of each step, and of the end, among those of all paths
+  // As many of its first steps are an earlier path's, whose frames they have; from which of those
+  // it goes its own way.
+  int shared, leaves;
 };
 
 struct LaneLoop {
@@ -53,6 +56,23 @@ struct LaneTransform {
   Parts parts;
 };
 
+// How independent columns are mirrored into axes, one after the other. A joint moves the ends of
+// few loops, so that most numbers are zero whatever the joints' values: where there are equations
+// of one loop alone, its joints are taken first and mirrored into them.
+struct Elimination {
+  struct Mirror {
+    int column;
+    // Where the column may differ from zero then: first where the mirror does, beginning with the
+    // axis.
+    int row_count, mirrored, rows[kMostEquations];
+    int earlier_count, earlier[kMostJoints];  // mirrors that change the column
+  };
+  Mirror mirrors[kMostJoints] = {};
+  int rank = 0;
+  int left[kMostEquations] = {};  // axes that remain
+  double sign = 1;                // of the orders of columns and axes
+};
+
 struct LaneLeg {
   const LaneLoop* loops;
   int loop_count;
@@ -65,10 +85,8 @@ struct LaneLeg {
   int equations;
   const double* home;  // of the joints that stand by themselves
   int own_count;
-  // Those that move anything, passive ones first; their columns are independent.
-  const int* moving;
-  int moving_count, passive_count;
-  int read;  // the first that is, or -1
+  const Elimination *moving, *passive;  // of the columns of joints that move anything
+  int read;                             // the first that is, or -1
   // The sign of d/dreading of the only closure, or 0 where nobody asks; and whether all equations
   // can be met.
   double side;
@@ -90,7 +108,7 @@ struct DeclaredKernels {
                    int first, int closures, double* rows, char* closed);
 };
 
-// Those for this processor; what a pose gets depends on nothing but that pose.
-const DeclaredKernels& declared_kernels();
+// Those for this processor and so many poses; what a pose gets depends on nothing but that pose.
+const DeclaredKernels& declared_kernels(Index count);
 
 }  // namespace symkin::declared

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <vector>
@@ -278,9 +279,9 @@ class LaneLoops {
     }
   }
 
-  Frame& at(const LanePath& path, int step) { return frames_.data()[path.frames + step]; }
+  Frame& at(const LanePath& path, int step) { return frames_.data()[path.frames[step]]; }
   const Frame& at(const LanePath& path, int step) const {
-    return frames_.data()[path.frames + step];
+    return frames_.data()[path.frames[step]];
   }
 
   void follow(int joint, const T& followed) {
@@ -320,8 +321,12 @@ class LaneLoops {
   }
 
   void walk(const LanePath& path, int first, int last) {
-    if (first == last) {
+    first = std::max(first, path.shared);
+    if (first >= last) {
       return;
+    }
+    if (first == path.shared && first > 0) {
+      at(path, first) = frames_[static_cast<std::size_t>(path.leaves)];
     }
     Rotation rotation = at(path, first).rotation;
     V end = at(path, first).start;

@@ -3,108 +3,141 @@
 
 #include <cmath>
 
+#include "symkin/chains/declared/lane_leg.hpp"
 #include "symkin/model/lanes.hpp"
 
 namespace symkin::declared {
 
 // PivotedQr of several matrices side by side, a lane each, whose columns are independent: they are
-// taken in order, since lanes would choose differently.
+// taken in an order that is known before, since lanes would choose differently.
 template <typename T, int kMostRows, int kMostColumns>
 class LaneQr {
   using Mask = typename Lanes<T>::Mask;
 
  public:
-  LaneQr(int rows, int rank) : rows_(rows), rank_(rank) {}
-  int rank() const { return rank_; }
+  explicit LaneQr(const Elimination& order) : order_(order) {}
+  int rank() const { return order_.rank; }
+  int column(int i) const { return order_.mirrors[i].column; }
 
-  // Of the chosen columns.
-  void factorise(const T (*columns)[kMostRows], const int* chosen) {
-    for (int i = 0; i < rank_; ++i) {
-      for (int row = 0; row < rows_; ++row) {
-        mirrors_[i][row] = columns[chosen[i]][row];
-      }
-    }
+  void factorise(const T (*columns)[kMostRows]) {
     using std::sqrt;
-    for (int k = 0; k < rank_; ++k) {
+    for (int k = 0; k < rank(); ++k) {
+      const Elimination::Mirror& order = order_.mirrors[k];
+      const T* const column = columns[order.column];
       T* const mirror = mirrors_[k];
-      for (int i = 0; i < k; ++i) {
-        reflect(i, mirror);
-        upper_[k][i] = mirror[i];
+      for (int i = 0; i < order.row_count; ++i) {
+        mirror[order.rows[i]] = column[order.rows[i]];
       }
-      T square = mirror[k] * mirror[k];
-      for (int row = k + 1; row < rows_; ++row) {
-        square = square + mirror[row] * mirror[row];
+      for (int i = 0; i < order.earlier_count; ++i) {
+        const int earlier = order.earlier[i];
+        reflect(earlier, mirror);
+        upper_[k][earlier] = mirror[axis(earlier)];
       }
-      const T first = mirror[k];
+      T square(0.0);
+      for (int i = 0; i < order.mirrored; ++i) {
+        const T& value = mirror[order.rows[i]];
+        square = i == 0 ? value * value : square + value * value;
+      }
+      T& first = mirror[axis(k)];
       const T size = sqrt(square);
       diagonal_[k] = Lanes<T>::select(first > T(0.0), -size, size);
-      mirror[k] = first - diagonal_[k];
       scale_[k] = T(1.0) / (square - diagonal_[k] * first);
+      first = first - diagonal_[k];
     }
   }
 
   // Where the mask is set, those of another.
   void take(const Mask& mask, const LaneQr& other) {
     const auto choose = [&](T& own, const T& others) { own = Lanes<T>::select(mask, others, own); };
-    for (int k = 0; k < rank_; ++k) {
-      for (int row = k; row < rows_; ++row) {
-        choose(mirrors_[k][row], other.mirrors_[k][row]);
+    for (int k = 0; k < rank(); ++k) {
+      const Elimination::Mirror& order = order_.mirrors[k];
+      for (int i = 0; i < order.mirrored; ++i) {
+        choose(mirrors_[k][order.rows[i]], other.mirrors_[k][order.rows[i]]);
       }
-      for (int i = 0; i < k; ++i) {
-        choose(upper_[k][i], other.upper_[k][i]);
+      for (int i = 0; i < order.earlier_count; ++i) {
+        choose(upper_[k][order.earlier[i]], other.upper_[k][order.earlier[i]]);
       }
       choose(diagonal_[k], other.diagonal_[k]);
       choose(scale_[k], other.scale_[k]);
     }
   }
 
-  // The sign of the determinant of the columns and the complement.
+  // The sign of the determinant of the columns, as the joints come, and the complement.
   T orientation() const {
-    T sign(1.0);
-    for (int k = 0; k < rank_; ++k) {
+    T sign(order_.sign);
+    for (int k = 0; k < rank(); ++k) {
       sign = Lanes<T>::select(diagonal_[k] > T(0.0), -sign, sign);
     }
     return sign;
   }
 
-  // Equations become what the columns must be multiplied by to give them, as far as they reach.
-  void solve(T* equations) const {
-    for (int k = 0; k < rank_; ++k) {
+  // What the columns must be multiplied by to give the equations, as far as they reach; of these
+  // nothing is left.
+  void solve(T* equations, T* solution) const {
+    for (int k = 0; k < rank(); ++k) {
       reflect(k, equations);
     }
-    for (int k = rank_; k-- > 0;) {
-      for (int i = k + 1; i < rank_; ++i) {
-        equations[k] = equations[k] - upper_[i][k] * equations[i];
+    for (int k = rank(); k-- > 0;) {
+      const Elimination::Mirror& order = order_.mirrors[k];
+      solution[k] = equations[axis(k)] / diagonal_[k];
+      for (int i = 0; i < order.earlier_count; ++i) {
+        T& left = equations[axis(order.earlier[i])];
+        left = left - upper_[k][order.earlier[i]] * solution[k];
       }
-      equations[k] = equations[k] / diagonal_[k];
     }
   }
 
   // The i-th unit vector square to all columns.
-  void complement(int i, T* vector) const {
-    for (int row = 0; row < rows_; ++row) {
-      vector[row] = T(row == rank_ + i ? 1.0 : 0.0);
+  void complement(int i, int rows, T* vector) const {
+    for (int row = 0; row < rows; ++row) {
+      vector[row] = T(row == order_.left[i] ? 1.0 : 0.0);
     }
-    for (int k = rank_; k-- > 0;) {
+    for (int k = rank(); k-- > 0;) {
       reflect(k, vector);
     }
   }
 
  private:
-  // A mirror is zero above its own row.
+  int axis(int k) const { return order_.mirrors[k].rows[0]; }
+
   void reflect(int k, T* values) const {
-    const T* const mirror = mirrors_[k];
-    T sum = mirror[k] * values[k];
-    for (int row = k + 1; row < rows_; ++row) {
-      sum = sum + mirror[row] * values[row];
-    }
-    sum = sum * scale_[k];
-    for (int row = k; row < rows_; ++row) {
-      values[row] = values[row] - sum * mirror[row];
+    const Elimination::Mirror& order = order_.mirrors[k];
+    switch (order.mirrored) {  // unrolled where it is as many as in most legs
+      case 1:
+        return reflect<1>(k, values);
+      case 2:
+        return reflect<2>(k, values);
+      case 3:
+        return reflect<3>(k, values);
+      case 4:
+        return reflect<4>(k, values);
+      case 5:
+        return reflect<5>(k, values);
+      case 6:
+        return reflect<6>(k, values);
+      default:
+        return reflect<kAny>(k, values);
     }
   }
 
-  int rows_, rank_;
+  template <int kRows>
+  void reflect(int k, T* values) const {
+    const Elimination::Mirror& order = order_.mirrors[k];
+    const int count = kRows == kAny ? order.mirrored : kRows;
+    const T* const mirror = mirrors_[k];
+    T sum = mirror[order.rows[0]] * values[order.rows[0]];
+    for (int i = 1; i < count; ++i) {
+      sum = sum + mirror[order.rows[i]] * values[order.rows[i]];
+    }
+    sum = sum * scale_[k];
+    for (int i = 0; i < count; ++i) {
+      T& value = values[order.rows[i]];
+      value = value - sum * mirror[order.rows[i]];
+    }
+  }
+
+  static constexpr int kAny = 0;
+  const Elimination& order_;
   T mirrors_[kMostColumns][kMostRows], upper_[kMostColumns][kMostColumns];
   T diagonal_[kMostColumns], scale_[kMostColumns];
 };

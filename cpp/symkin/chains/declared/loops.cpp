@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <utility>
 
 #include "symkin/model/pose_space.hpp"
 #include "symkin/support/error.hpp"
@@ -196,18 +197,67 @@ std::shared_ptr<const Loops::Form> Loops::form() const {
   }
   for (std::size_t i = 0; i < leg_->loops.size(); ++i) {
     const Loop& loop = leg_->loops[i];
-    const LanePath left = lane_path(loop.left, walked_[i].left, made->frame_count);
-    const LanePath right = lane_path(loop.right, walked_[i].right, made->frame_count);
+    const LanePath left = lane_path(loop.left, walked_[i].left, *made);
+    const LanePath right = lane_path(loop.right, walked_[i].right, *made);
     made->loops.push_back({left, right, loop.compares, loop.length_transform, loop.length_joint});
   }
   return made;
 }
 
-LanePath Loops::lane_path(const std::vector<Step>& steps, const Path& path, int& frames) const {
-  const int begin = frames;
-  frames += static_cast<int>(path.frames.size());
-  return {steps.data(), static_cast<int>(steps.size()), static_cast<int>(path.fixed),
-          static_cast<int>(path.posed), begin};
+LanePath Loops::lane_path(const std::vector<Step>& steps, const Path& path, Form& made) const {
+  const auto same = [](const Step& a, const Step& b) {
+    return a.kind == b.kind && a.index == b.index;
+  };
+  std::size_t shared = 0;
+  const std::vector<int>* with = nullptr;
+  for (std::size_t i = 0; i < made.frames.size(); ++i) {
+    const Loop& loop = leg_->loops[i / 2];
+    const std::vector<Step>& others = i % 2 == 0 ? loop.left : loop.right;
+    const auto end = std::mismatch(steps.begin(), steps.end(), others.begin(), others.end(), same);
+    const auto count = static_cast<std::size_t>(end.first - steps.begin());
+    if (count > shared) {
+      shared = count;
+      with = &made.frames[i];
+    }
+  }
+  // Where it leaves, a frame's axis is its own.
+  const std::size_t taken = shared < steps.size() ? shared : shared + 1;
+  std::vector<int> frames;
+  for (std::size_t i = 0; i <= steps.size(); ++i) {
+    frames.push_back(with != nullptr && i < taken ? (*with)[i] : made.frame_count++);
+  }
+  const int leaves = with == nullptr ? -1 : (*with)[shared];
+  made.frames.push_back(std::move(frames));
+  return {steps.data(),
+          static_cast<int>(steps.size()),
+          static_cast<int>(path.fixed),
+          static_cast<int>(path.posed),
+          made.frames.back().data(),
+          static_cast<int>(shared),
+          leaves};
+}
+
+std::vector<unsigned> Loops::reach() const {
+  std::vector<unsigned> all(own_.size(), 0);
+  int row = 0;
+  for (const Loop& loop : leg_->loops) {
+    const int count = equation_count(loop.compares);
+    const unsigned rows = ((1U << count) - 1) << row;
+    for (const std::vector<Step>* const steps : {&loop.left, &loop.right}) {
+      for (const Step& step : *steps) {
+        const int column =
+            step.kind == Step::Kind::joint ? column_[static_cast<std::size_t>(step.index)] : -1;
+        if (column >= 0) {
+          all[static_cast<std::size_t>(column)] |= rows;
+        }
+      }
+    }
+    if (loop.length_joint >= 0) {
+      all[static_cast<std::size_t>(column_[static_cast<std::size_t>(loop.length_joint)])] |= rows;
+    }
+    row += count;
+  }
+  return all;
 }
 
 LaneLeg Loops::lane_leg(std::vector<LaneTransform>& transforms) const {

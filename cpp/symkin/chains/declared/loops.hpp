@@ -71,6 +71,8 @@ class Loops {
   // For the kernels, which read it as long as these loops and `transforms` live: all but the joints
   // and what is asked of them.
   LaneLeg lane_leg(std::vector<LaneTransform>& transforms) const;
+  // Which equations each joint changes at most, a bit each.
+  std::vector<unsigned> reach() const;
   // Whether every rotation that must agree is far from half a turn off, where residuals vanish too.
   bool on_this_side_of_half_a_turn() const;
   // Where the joints along the left path of the first loop stand, then the end of the right one,
@@ -107,11 +109,12 @@ class Loops {
     std::vector<std::vector<Part>> of_transforms, of_ratios;
     std::vector<LaneJoint> joints;
     std::vector<LaneLoop> loops;
+    std::vector<std::vector<int>> frames;  // of each path, the left and the right of each loop
     int frame_count = 0;
   };
 
   std::shared_ptr<const Form> form() const;
-  LanePath lane_path(const std::vector<Step>& steps, const Path& path, int& frames) const;
+  LanePath lane_path(const std::vector<Step>& steps, const Path& path, Form& made) const;
   void set_transforms(const std::vector<TransformValues>& values);
   void prepare(const std::vector<Step>& steps, Path& path) const;
   void walk(const std::vector<Step>& steps, const Pose& pose, std::size_t first, std::size_t last,
