@@ -9,7 +9,9 @@ leg, or holds the platform too, is a loop of its own, or a rod, where it is one 
 from __future__ import annotations
 
 import dataclasses
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import zip_longest
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -33,10 +35,12 @@ from symkin.model.poses import (
     vectors_from_rotations,
 )
 from symkin.model.settings import WorkspaceSettings
+from symkin.storage.toml_file import WrongValueError
 
 __all__ = ["mechanism_of_scene"]
 
 Array = NDArray[np.float64]
+_Path = Sequence[tuple[Array, Moving | None]]  # transforms, each with the joint behind it
 _PLATFORM = "platform"
 _NOTHING = 1e-12  # m and rad
 _CROSSING = 1e-9
@@ -79,10 +83,12 @@ class _Rod(NamedTuple):
 class _Draft:
     """A leg while it is read; frames by the names of its transforms."""
 
-    path: list[str]  # names of transforms, and joints as the file has them
+    bodies: Sequence[str]
+    paths: list[list[str]]  # names of transforms, and joints as the file has them
     frames: dict[str, Array]
-    platform_path: list[str]
+    platform_paths: list[list[str]]
     platform: bool  # whether its path ends at the platform
+    several: bool = False  # whether it is written as a list of paths, of which none closes
     closes: str = ""
     rods: list[dict[str, Any]] = dataclasses.field(default_factory=list)
     loops: list[dict[str, Any]] = dataclasses.field(default_factory=list)
@@ -93,7 +99,8 @@ class _Draft:
     def kind(self) -> str:
         """What legs of one chain have in common."""
         rods = [{**each, "length": isinstance(each["length"], str)} for each in self.rods]
-        return repr((self.path, self.platform_path, self.closes, rods, self.loops, [*self.home]))
+        paths = self.paths, self.platform_paths
+        return repr((paths, self.closes, rods, self.loops, [*self.home]))
 
 
 def mechanism_of_scene(scene: Scene, body: str = "") -> tuple[Mechanism, tuple[str, ...]]:
@@ -108,33 +115,20 @@ def mechanism_of_scene(scene: Scene, body: str = "") -> tuple[Mechanism, tuple[s
     drafts = reader.drafts()
     platform = _PLATFORMS.get(reader.space.name, reader.space.name)
     free: tuple[str, ...] = tuple(scene.known.get("free", ()))
-    legs: dict[int, list[Leg]] = {}
-    waiting, number = list(drafts), 0
-    while waiting:
-        number += 1
-        label = "leg" if number == 1 else f"leg_{number}"
-        group = [each for each in waiting if _stand_alike(waiting[0], each)]
-        chains, made = _of_one_chain(label, group, reader, platform, free)
-        # One that stands on another branch has a chain of its own.
-        kept = [each for each in group if _closes(chains[0], made[id(each)][0], reader)]
-        if len(kept) < len(group):
-            group = kept or group[:1]
-            chains, made = _of_one_chain(label, group, reader, platform, free)
-        info = chain_info(chains[0], platform)
-        if info.closures > 1 and not free:
-            raise SymkinError(
-                f"has legs that bind the platform, {info.closures} equations each; expected which "
-                f"of {', '.join(reader.space.units)} can be chosen, free = [...] in a file of loops"
-            )
-        legs |= made
-        waiting = [each for each in waiting if id(each) not in legs]
-    most = max(len(each) for each in legs.values())
+    legs, alone = _of_chains(drafts, reader, platform, free, alone=True)
+    if not alone:
+        legs, _ = _of_chains(drafts, reader, platform, free, alone=False)
+    # The first reading of each leg, the second, ...; then what legs bind without one.
+    of_each = [legs[id(draft)] for draft in drafts]
+    counts = [len(draft.sensors) for draft in drafts]
     ordered = [
-        of_draft[reading]
-        for reading in range(most)
-        for of_draft in (legs[id(draft)] for draft in drafts)
-        if reading < len(of_draft)
-    ]
+        leg
+        for part in ([o[:n] for o, n in zip(of_each, counts, strict=True)],
+                     [o[n:] for o, n in zip(of_each, counts, strict=True)])
+        for row in zip_longest(*part)
+        for leg in row
+        if leg is not None
+    ]  # fmt: skip
     infos = [chain_info(each.chain, platform) for each in ordered]
     info, units = infos[0], list(reader.space.units)
     far = max(
@@ -151,6 +145,41 @@ def mechanism_of_scene(scene: Scene, body: str = "") -> tuple[Mechanism, tuple[s
     return mechanism, _ASSUMED
 
 
+def _of_chains(
+    drafts: Sequence[_Draft],
+    reader: _Reader,
+    platform: str,
+    free: Sequence[str],
+    *,
+    alone: bool,
+) -> tuple[dict[int, list[Leg]], bool]:
+    """The legs of each draft, and whether they can stand as those of one chain, where asked for."""
+    legs: dict[int, list[Leg]] = {}
+    waiting, number = list(drafts), 0
+    while waiting:
+        number += 1
+        label = "leg" if number == 1 else f"leg_{number}"
+        group = [each for each in waiting if _stand_alike(waiting[0], each)]
+        chains, made = _of_one_chain(label, group, reader, platform, free, alone=alone)
+        # One that stands on another branch has a chain of its own.
+        kept = [each for each in group if _closes(chains[0], made[id(each)][0], reader)]
+        if len(kept) < len(group):
+            group = kept or group[:1]
+            chains, made = _of_one_chain(label, group, reader, platform, free, alone=alone)
+        closures = chain_info(chains[0], platform).closures
+        equations = max(closures, len(chains))
+        if equations > max(1, len(group[0].sensors)) and not free:
+            raise SymkinError(
+                f"has legs that bind the platform, {equations} equations each; expected which "
+                f"of {', '.join(reader.space.units)} can be chosen, free = [...] in a file of loops"
+            )
+        if alone and closures > 1 and len(group) < len(drafts):
+            return {}, False
+        legs |= made
+        waiting = [each for each in waiting if id(each) not in legs]
+    return legs, True
+
+
 def _stand_alike(first: _Draft, other: _Draft) -> bool:
     """Whether legs have the same joints, which stand nearly alike at home."""
     return first.kind == other.kind and all(
@@ -159,10 +188,26 @@ def _stand_alike(first: _Draft, other: _Draft) -> bool:
 
 
 def _of_one_chain(
-    label: str, group: Sequence[_Draft], reader: _Reader, platform: str, free: Sequence[str]
+    label: str,
+    group: Sequence[_Draft],
+    reader: _Reader,
+    platform: str,
+    free: Sequence[str],
+    *,
+    alone: bool,
 ) -> tuple[list[str], dict[int, list[Leg]]]:
-    """The chains of legs that are alike, one for each reading, and the legs."""
-    chains = _declared(label, reader.table(group), reader, platform, free)
+    """The chains of legs that are alike, of each reading and equation beside, and the legs."""
+    table = {**reader.table(group), "pose": reader.home, **({"free": list(free)} if free else {})}
+    try:
+        declared = declared_leg(label, table, {"platform": platform}, alone=alone)
+    except WrongValueError as error:
+        if group[0].sensors:
+            raise
+        raise SymkinError(
+            f"has a leg of {bodies_in_words(group[0].bodies)} of which no joint is read; expected "
+            f"an actuator, a sensor, or active = [...] in a file of loops: {error}"
+        ) from error
+    chains = [declare(each) for each in declared]
     return chains, {id(each): _legs_of(chains, each, reader.planar) for each in group}
 
 
@@ -176,28 +221,16 @@ def _closes(chain: str, leg: Leg, reader: _Reader) -> bool:
     return bool(np.isfinite(_core.joints_at(declared.core(), own, pose[None])).all())
 
 
-def _declared(
-    label: str, table: Mapping[str, Any], reader: _Reader, platform: str, free: Sequence[str]
-) -> list[str]:
-    """Names of the chains of a leg, one for each joint that is read."""
-    table = {**table, "pose": reader.home, **({"free": list(free)} if free else {})}
-    return [declare(each) for each in declared_leg(label, table, {"platform": platform})]
-
-
 def _legs_of(chains: Sequence[str], draft: _Draft, planar: bool) -> list[Leg]:
-    """A leg with its own numbers, once for each reading."""
+    """A leg with its own numbers, once for each reading and equation beside."""
     own = {
         f"{name}_{slot}": value
         for name, frame in draft.frames.items()
         for slot, value in {**dict.fromkeys(_SLOTS, 0.0), **_numbers(frame, planar)}.items()
     }
-    if len(chains) > len(draft.sensors):
-        raise SymkinError(
-            "has legs with equations without a reading beside those that are read; such models are "
-            "written, but not read back"
-        )
     made = []
-    for chain, (_, gain, offset) in zip(chains, draft.sensors, strict=True):
+    for chain, sensor in zip_longest(chains, draft.sensors):
+        gain, offset = (1.0, 0.0) if sensor is None else sensor[1:]
         declared = declared_chain(chain)
         assert declared is not None
         values = {each: own.get(each, drawn) for each, drawn in declared.nominal.items()}
@@ -217,40 +250,42 @@ class _Reader:
                 f"would be the platform; it has {bodies_in_words(list(scene.parts))}"
             )
         self.scene, self.platform = scene, platform
-        self.bases: set[str] = set()  # where rods begin at the base
-        line = scene.joints_to(platform)
-        moved = not any(joint.name in scene.sensors for _, joint in line)
-        self.movement = {joint.name for _, joint in line} if moved else set()
-        self.carriers = set(scene.line(platform)) if moved else {platform}
-        space, self.yaw, turned = self._space([joint for _, joint in line] if moved else [])
+        self.at_ends: set[str] = set()  # transforms at base and platform that bear other names
+        line = [joint for _, joint in scene.joints_to(platform)]
+        moving = self._moving(line)
+        carried = moving is None  # by a leg
+        self.carriers = {platform} if carried else set(scene.line(platform))
+        space, self.yaw = moving or (self._carried_space(), "")
         self.space: PoseSpace = POSE_SPACES[space]
         self.planar = self.space.size == 2
-        self.home = self._home_pose(turned)
+        self.home = self._home_pose(carried or not line)
 
-    def _space(self, movement: list[Moving]) -> tuple[str, str, bool]:
-        """The kind of platform, the joint of its turn about z, and whether it moves by the tree."""
-        if not movement:
-            every = [j for part in self.scene.parts.values() for j in part.joints]
-            if all(j.kind == "hinge" and abs(j.axis[2]) > 1 - _NOTHING for j in every):
-                return "planar", "", True
-            return "spatial", "", True
-        if [joint.kind for joint in movement] == ["free"]:
-            return "spatial", "", False
-        names, yaw = [], ""
-        for joint in movement:
-            along = int(np.argmax(np.abs(joint.axis)))
-            if joint.kind not in ("slide", "hinge") or joint.axis[along] < 1 - _NOTHING:
-                raise SymkinError(f'has a platform with joint "{joint.name}"; {self._expected}')
-            names.append(("" if joint.kind == "slide" else "r") + "xyz"[along])
-            yaw = joint.name if names[-1] == "rz" else yaw
-        if tuple(names) not in _SPACES:
-            raise SymkinError(f"has a platform that moves by {', '.join(names)}; {self._expected}")
-        return _SPACES[tuple(names)], yaw, False
+    def _moving(self, line: Sequence[Moving]) -> tuple[str, str] | None:
+        """How a platform moves by joints of its own, and the joint of its turn about z.
 
-    _expected = (
-        "expected a free one, slides along x, y (and z) and then perhaps a hinge about z, or one "
-        "that a leg of the tree carries"
-    )
+        None where it does not: where one of them is read, or they leave it fewer freedoms than
+        such platforms have, they are a leg's.
+        """
+        if any(joint.name in self.scene.sensors for joint in line):
+            return None
+        if not line:
+            return self._carried_space(), ""
+        if [joint.kind for joint in line] == ["free"]:
+            return "spatial", ""
+        along = [int(np.argmax(np.abs(joint.axis))) for joint in line]
+        names = tuple(
+            ("" if joint.kind == "slide" else "r") + "xyz"[axis]
+            for joint, axis in zip(line, along, strict=True)
+            if joint.kind in ("slide", "hinge") and joint.axis[axis] > 1 - _NOTHING
+        )
+        if len(names) < len(line) or names not in _SPACES:
+            return None
+        return _SPACES[names], line[-1].name if names[-1] == "rz" else ""
+
+    def _carried_space(self) -> str:
+        every = [joint for part in self.scene.parts.values() for joint in part.joints]
+        in_plane = all(each.kind == "hinge" and abs(each.axis[2]) > 1 - _NOTHING for each in every)
+        return "planar" if in_plane else "spatial"
 
     def value(self, joint: str) -> float:
         return float(self.scene.home.get(joint, np.zeros(1))[0])
@@ -407,9 +442,14 @@ class _Reader:
         def of_loop(loop: Mapping[str, Any]) -> dict[str, Any]:
             return {**loop, "path": items(loop["path"]), "at": point(loop["at"], named=True)}
 
-        table: dict[str, Any] = {"path": items(first.path), "home": dict(first.home)}
+        def of_paths(paths: Sequence[Sequence[str]]) -> list[Any]:
+            return [items(each) for each in paths] if first.several else items(paths[0])
+
+        table: dict[str, Any] = {"path": of_paths(first.paths), "home": dict(first.home)}
+        if first.platform_paths:
+            table["platform_path"] = of_paths(first.platform_paths)
         if first.platform:
-            table |= {"platform_path": items(first.platform_path), "closes": first.closes}
+            table["closes"] = first.closes
         if first.rods:
             table["rods"] = [of_rod(each) for each in first.rods]
         if first.loops:
@@ -419,7 +459,9 @@ class _Reader:
     def _keys(self, name: str, frames: Sequence[Array]) -> list[str]:
         """The numbers of a transform that are written: where one leg has one, and all of an end."""
         numbers = [_numbers(each, self.planar) for each in frames]
-        ends = name in ("base", "mount", "platform") or name.endswith("_end") or name in self.bases
+        ends = (
+            name in ("base", "mount", "platform") or name.endswith("_end") or name in self.at_ends
+        )
         always = ("x", "y") if self.planar else ("x", "y", "z")
         return [
             slot
@@ -449,7 +491,8 @@ class _LegReader:
         self.ends = sorted(ends, key=lambda end: not any(map(self._is_read, self._line(end.body))))
         self.names: dict[str, tuple[str, float]] = {}  # of joints here, and which way they count
         self.extra: dict[str, float] = {}  # what a strut's length has beside its slide's value
-        self.made = _Draft([], {}, [], True)
+        self.made = _Draft(bodies, [], {}, [], True)
+        self.behind: set[tuple[str, ...]] = set()  # joints of paths that are written
         of_tree = [model.platform] if model.platform in (end.body for end in ends) else []
         self.read = [
             joint.name
@@ -457,10 +500,10 @@ class _LegReader:
             for joint in self.scene.parts[body].joints
             if self._is_read(joint)
         ]
-        if not self.read:
+        if not self.scene.sensors:
             raise SymkinError(
-                f"has a leg of {bodies_in_words(bodies)} of which no joint is read; expected an "
-                "actuator, a sensor, or active = [...] in a file of loops"
+                "has no joint that is read; expected an actuator, a sensor, or active = [...] in a "
+                "file of loops"
             )
 
     def _line(self, body: str) -> list[Moving]:
@@ -478,30 +521,17 @@ class _LegReader:
             if loop.body in self.bodies and loop.other in self.bodies
             and model_side(loop.body) == model_side(loop.other)
         ]  # fmt: skip
-        start = "mount" if others or inner else "base"
-        path = self.model.path(first.body, first.frame)
-        rod = None
-        if self.few or others or any(step.kind == "ball" for _, step in path if step is not None):
-            rod = self._rod(path, first.closes, strut=self.few)
-        if rod is not None:
-            self.made.platform = False
-            self._write(rod.path[:-1], self.made.path, start)
-            self._add_rod(rod, self._fixed(first), "rod")
+        rod = self._rod_of(first, others)
+        if any(len(end.beside) > 1 for end in (others if rod is None else self.ends)):
+            self._several()
         else:
-            self._write(path, self.made.path, start)
-            self._write(first.beside, self.made.platform_path, "platform")
-            self.made.closes = first.closes
-        for number, end in enumerate(others, 2):
-            path = self.model.path(end.body, end.frame)
-            rod = self._rod(path, end.closes, strut=False)
-            if rod is not None:
-                self._add_rod(rod, self._fixed(end), f"rod_{number}")
-            else:
-                at = self._fixed(end)
-                self._add_loop(path, f"loop_{number}", "platform", at, end.closes)
+            self._one(first, rod, others, "mount" if others or inner else "base")
         for number, loop in enumerate(inner, 1):
             self._add_inner(loop, f"inner_{number}")
-        self.made.sensors = [self._sensor(name) for name in self.read]
+        for name in self.read:
+            if name not in self.names:
+                raise SymkinError(f'reads joint "{name}", which moves nothing of the platform')
+        self.made.sensors = [self._sensor(name) for name in self.names if name in self.read]
         self.made.home = {
             own: sign * self.model.value(name) + self.extra.get(name, 0.0)
             for name, (own, sign) in self.names.items()
@@ -509,26 +539,90 @@ class _LegReader:
         }
         return self.made
 
-    def _fixed(self, end: _End) -> Array:
-        """Where on the platform a further end is, which no joint moves there."""
-        if len(end.beside) > 1:
+    def _rod_of(self, first: _End, others: Sequence[_End]) -> _Rod | None:
+        """What the leg's path ends in, where that is a rod."""
+        path = self.model.path(first.body, first.frame)
+        if self.few or others or any(step.kind == "ball" for _, step in path if step is not None):
+            return self._rod(path, first.closes, strut=self.few)
+        return None
+
+    def _one(self, first: _End, rod: _Rod | None, others: Sequence[_End], start: str) -> None:
+        """A leg of one path, and what holds the platform beside it."""
+        if rod is not None:
+            self.made.platform = False
+            self.made.paths.append(self._written(rod.path[:-1], start))
+            self._add_rod(rod, first.beside[0][0], "rod")
+        else:
+            path = self.model.path(first.body, first.frame)
+            self.made.paths.append(self._written(path, start))
+            self.made.platform_paths.append(self._written(first.beside, "platform"))
+            self.made.closes = first.closes
+        for number, end in enumerate(others, 2):
+            path = self.model.path(end.body, end.frame)
+            rod = self._rod(path, end.closes, strut=False)
+            if rod is not None:
+                self._add_rod(rod, end.beside[0][0], f"rod_{number}")
+            else:
+                at = end.beside[0][0]
+                self._add_loop(path, f"loop_{number}", "platform", at, end.closes)
+
+    def _several(self) -> None:
+        """A leg that holds joints of the platform several times: paths, and rods and loops between.
+
+        A path ends behind the last joint before a rod or, of a loop, behind the last that is read
+        or that another loop has, too.
+        """
+        self.made.platform, self.made.several = False, True
+        paths = [self.model.path(end.body, end.frame) for end in self.ends]
+        for number, (end, path) in enumerate(zip(self.ends, paths, strict=True), 1):
+            rod = self._rod(path, end.closes, strut=self.few)
+            stem = path[: self._stem(path, paths)] if rod is None else rod.path[:-1]
+            self._branch(stem, self.made.paths, "base")
+            self._branch(end.beside[:-1], self.made.platform_paths, "platform")
+            last = end.beside[-2][1] if len(end.beside) > 1 else None
+            to, at = "platform" if last is None else self._origin([last]), end.beside[-1][0]
+            if rod is not None:
+                self._add_rod(rod, at, f"rod_{number}", to)
+            else:
+                self._add_loop(path, f"loop_{number}", to, at, end.closes)
+
+    def _stem(self, path: _Path, paths: Sequence[_Path]) -> int:
+        """How many steps of a loop's path are a path of the leg."""
+        counts = Counter(step.name for each in paths for _, step in each if step is not None)
+        return max(
+            (
+                number
+                for number, (_, joint) in enumerate(path, 1)
+                if joint is not None and (self._is_read(joint) or counts[joint.name] > 1)
+            ),
+            default=0,
+        )
+
+    def _branch(self, path: _Path, into: list[list[str]], name: str) -> None:
+        """Write a path beside others, unless it is written."""
+        joints = tuple(joint.name for _, joint in path if joint is not None)
+        if not joints or joints in self.behind:
+            return
+        parted = next((each for each in joints if each in self.names), None)
+        if parted is not None:
             raise SymkinError(
-                f"has a leg of {bodies_in_words(self.bodies)} that holds the platform several "
-                "times, by joints on it; expected them in the leg"
+                f"has a leg of {bodies_in_words(self.bodies)} whose ways part behind joint "
+                f'"{parted}"; expected each crank, and each joint of the platform that the leg '
+                "holds, on a way of its own, with rods or links between them"
             )
-        return end.beside[0][0]
+        self.behind.add(joints)
+        name = f"{name}_{len(into) + 1}"
+        self.model.at_ends.add(name)
+        into.append(self._written(path, name))
 
     def _sensor(self, joint: str) -> tuple[str, float, float]:
-        if joint not in self.names:
-            raise SymkinError(f'reads joint "{joint}", which moves nothing of the platform')
         own, sign = self.names[joint]
         gain, offset = self.scene.sensors[joint]
         return own, sign * gain, sign * offset + self.extra.get(joint, 0.0)
 
-    def _write(
-        self, path: Sequence[tuple[Array, Moving | None]], into: list[str], first: str
-    ) -> None:
-        """Add a path to a list of the file, and its transforms to the frames."""
+    def _written(self, path: _Path, first: str) -> list[str]:
+        """A path as the file has it; its transforms become frames."""
+        into: list[str] = []
         for number, (frame, joint) in enumerate(path):
             name = first if number == 0 else f"link_{len(self.made.frames)}"
             into.append(name)
@@ -536,6 +630,7 @@ class _LegReader:
             self.made.frames[name] = _point(frame, "point") if is_tip else frame
             if joint is not None:
                 into.append(self._joint(joint))
+        return into
 
     def _joint(self, joint: Moving) -> str:
         """A joint as the file has it."""
@@ -609,17 +704,17 @@ class _LegReader:
             return None
         return _Rod(before, float(beside @ along), slide)
 
-    def _add_rod(self, rod: _Rod, beside: Array, name: str) -> None:
+    def _add_rod(self, rod: _Rod, beside: Array, name: str, to: str = "platform") -> None:
         origin = self._origin([joint for _, joint in rod.path if joint is not None])
         if origin == "base":
-            self.model.bases.add(f"{name}_at")
+            self.model.at_ends.add(f"{name}_at")
         said: Any = rod.length
         if rod.slide is not None:
             self.names[rod.slide.name], said = ("q", 1.0), "[q]"
             self.extra[rod.slide.name] = rod.length
         self.made.frames[f"{name}_at"] = _point(rod.path[-1][0], "point")
         self.made.frames[f"{name}_end"] = _point(beside, "point")
-        self.made.rods.append({"name": name, "from": origin, "length": said})
+        self.made.rods.append({"name": name, "from": origin, "to": to, "length": said})
 
     def _origin(self, joints: Sequence[Moving]) -> str:
         """The joint behind which a path leaves the main one, in the file's words."""
@@ -639,9 +734,8 @@ class _LegReader:
         common = 0
         while common < len(joints) and joints[common].name in self.names:
             common += 1
-        own: list[str] = []
         origin = self._origin(joints[:common])
-        self._write(path[common:], own, f"{name}_start")
+        own = self._written(path[common:], f"{name}_start")
         self.made.frames[f"{name}_at"] = _point(at, closes)
         self.made.loops.append(
             {"from": origin, "path": own, "to": to, "at": f"{name}_at", "closes": closes}
@@ -651,12 +745,17 @@ class _LegReader:
         """A loop within the leg: one of its ends is on the leg's own way."""
         ends = ((loop.body, loop.frame), (loop.other, loop.other_frame))
         for (body, frame), (other, beside) in (ends, ends[::-1]):
-            on = self.model.path(other, beside)
+            start = self.model.platform if self.model.is_behind(other) else WORLD
+            on = self.model.path(other, beside, start)
             joints = [joint for _, joint in on if joint is not None]
             if all(joint.name in self.names for joint in joints):
                 closes = "point" if loop.turns else "pose"
-                path = self.model.path(body, frame)
-                self._add_loop(path, name, self._origin(joints), on[-1][0], closes)
+                path, to = self.model.path(body, frame, start), self._origin(joints)
+                rod = self._rod(path, closes, strut=False) if start else None
+                if rod is not None:
+                    self._add_rod(rod, on[-1][0], name, to)
+                else:
+                    self._add_loop(path, name, to, on[-1][0], closes)
                 return
         raise SymkinError(f'has loop "{loop.name}" beside the leg\'s own way to the platform')
 

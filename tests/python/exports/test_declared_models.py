@@ -12,8 +12,7 @@ import numpy as np
 import pytest
 
 import symkin
-from symkin.errors import SymkinError
-from symkin.exports import import_mechanism, joint_values
+from symkin.exports import joint_values
 from symkin.planning.simulation import disturb
 
 FOLDER = Path(__file__).parents[3] / "mechanisms" / "declared"
@@ -73,18 +72,6 @@ def test_a_model_stands_closed_at_its_key_frame(name: str, mujoco: Any) -> None:
     mujoco.mj_resetDataKeyframe(model, data, model.key("home").id)
     mujoco.mj_forward(model, data)
     np.testing.assert_allclose(data.efc_pos[: data.ne], 0, atol=1e-9)
-
-
-def test_what_is_written_but_not_read_back_is_refused(tmp_path: Path) -> None:
-    path = tmp_path / "robot.xml"
-    for name, says in (
-        ("2rps_ups", "equations without a reading beside those that are read"),
-        ("h4_rods", "holds the platform several times, by joints on it"),
-        ("tricept", "of which no joint is read"),
-    ):
-        path.write_text(symkin.export(drawn(name), "mjcf").text)
-        with pytest.raises(SymkinError, match=says):
-            import_mechanism(path)
 
 
 def test_sdf_has_a_joint_for_every_loop_and_says_what_it_loses() -> None:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import re
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -16,19 +17,20 @@ from symkin.planning.simulation import disturb
 
 FOLDER = Path(__file__).parents[3] / "mechanisms" / "declared"
 NAMES = [
-    "3UPU", "3RRR_four_bar", "cables4", "gough_imperfect", "h4", "orthoglide", "orthoglide_rods",
-    "tripteron",
+    "2rps_ups", "3RRR_encoders", "3UPU", "3RRR_four_bar", "cables4", "gough_imperfect", "h4",
+    "h4_rods", "orthoglide", "orthoglide_rods", "tricept", "tripteron",
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("kind", ["mjcf", "urdf", "sdf"])
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize(
+    ("name", "kind"), [*product(NAMES, ("mjcf", "urdf", "sdf")), ("quattro", "mjcf")]
+)
 def test_what_is_written_is_read_as_the_same_mechanism(
     name: str, kind: str, tmp_path: Path
 ) -> None:
     mechanism = symkin.load_mechanism(FOLDER / f"{name}.toml")
     robots = [mechanism]
-    if mechanism.closures == 1:  # made with errors, which bind no platform
+    if not mechanism.bound:  # made with errors
         robots.append(disturb(mechanism, seed=1).replace(symmetry=None))
     poses = symkin.sample_workspace(mechanism, 6, seed=1).poses
     for robot in robots:
@@ -37,8 +39,8 @@ def test_what_is_written_is_read_as_the_same_mechanism(
         read = import_mechanism(path).mechanism
         readings = robot.inverse_kinematics(poses)
         np.testing.assert_allclose(read.inverse_kinematics(poses), readings, atol=1e-12)
-        assert (read.pose_space, read.closures, read.free) == (
-            robot.pose_space, robot.closures, robot.free,
+        assert (read.pose_space, read.closures, read.free, read.leg_readings) == (
+            robot.pose_space, robot.closures, robot.free, robot.leg_readings,
         )  # fmt: skip
         if not mechanism.open_coordinates:
             back, reached = read.forward_kinematics(readings)
@@ -52,6 +54,18 @@ def test_what_is_written_is_read_as_the_same_mechanism(
         path.write_text(symkin.export(symkin.load_mechanism(saved), kind).text)
         again = import_mechanism(path).mechanism
         np.testing.assert_allclose(again.inverse_kinematics(poses), readings, atol=1e-12)
+
+
+def test_ways_on_the_platform_that_part_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "robot.xml"
+    text = symkin.export(symkin.load_mechanism(FOLDER / "h4_rods.toml"), "mjcf").text
+    site = re.search(r'<site name="platform_leg1_end_4"[^>]*/>', text)
+    assert site
+    hinge = f'<body name="more"><joint name="swivel" axis="1 0 0"/>{site[0]}</body>'
+    text = text.replace(site[0], hinge).replace('qpos="0.0', 'qpos="0.0 0.0', 1)  # one more joint
+    path.write_text(text)
+    with pytest.raises(SymkinError, match=r'ways part behind joint "leg1_joint3"; expected each'):
+        import_mechanism(path)
 
 
 def crank_and_rod(robot: symkin.Mechanism, leg: int) -> tuple[np.ndarray, float, float]:
