@@ -36,11 +36,11 @@ from symkin.exports.printers import (
     printer_of,
     rotary_of,
 )
+from symkin.exports.scene import Scene
 from symkin.exports.scenes import read_scene
 from symkin.model.chains import Leg, chain_info
 from symkin.model.file_frames import point_parameters, polar
 from symkin.model.mechanism import Mechanism
-from symkin.model.poses import rotations_from_vectors
 from symkin.model.settings import WorkspaceSettings
 from symkin.storage.tables import file_bytes, kind_of_file
 from symkin.values import Value, field, record
@@ -49,7 +49,7 @@ __all__ = ["Imported", "import_mechanism"]
 
 Array = NDArray[np.float64]
 
-_X, _Y, _Z = np.eye(3)
+_Z = np.array([0.0, 0.0, 1.0])
 _AROUND = 0.05  # of the size, m, and rad: the box around home
 _NOTE = "The workspace is a small box around home, since a model says nothing of it"
 
@@ -148,13 +148,11 @@ def _is_known(said: re.Match[str] | None, root: ET.Element) -> bool:
 def _model(path: Path, text: str, loops: Path | None, body: str) -> Imported:
     said = re.search(rf"<!-- {MARK} (\{{.*?\}}) -->", text)
     root = ET.fromstring(text)
+    scene = read_scene(root, path, text, loops)
     if not _is_known(said, root):
-        mechanism, notes = mechanism_of_scene(read_scene(root, path, text, loops), body)
+        mechanism, notes = mechanism_of_scene(scene, body)
         return Imported(mechanism, None, notes)
-    read: dict[str, Callable[[ET.Element, str], _Tree]] = {"mujoco": _mjcf, "robot": _urdf}
-    assert said is not None
-    known: dict[str, Any] = json.loads(said[1])
-    tree = read[root.tag](root, text)
+    known, tree = scene.known, _tree_of(scene)
     chains, platform = known["chain"], known["platform"]
     if platform == "spherical":
         raise SymkinError("has a spherical platform; such models are written, but not read back")
@@ -183,43 +181,19 @@ def _model(path: Path, text: str, loops: Path | None, body: str) -> Imported:
     return Imported(mechanism, None, (_NOTE,))
 
 
-def _mjcf(root: ET.Element, _text: str) -> _Tree:
+def _tree_of(scene: Scene) -> _Tree:
+    """What a leg of a known chain is read from."""
     bodies: dict[str, _Placed] = {}
-    sites: dict[str, Array] = {}
-    for body in root.iter("body"):
-        across = _numbers(body, "xyaxes").reshape(2, 3)
-        turned = np.column_stack([*across, np.cross(*across)])
-        joint = body.find("joint")
-        axis = _Z if joint is None else _numbers(joint, "axis")
-        bodies[body.attrib["name"]] = _Placed(_numbers(body, "pos"), turned, axis)
-        sites |= {site.attrib["name"]: _numbers(site, "pos") for site in body.findall("site")}
-    points = {
-        name.removeprefix("platform_"): at for name, at in sites.items() if "platform" in name
-    }
-    return _Tree(root.attrib["model"], bodies, sites, points)
-
-
-def _urdf(root: ET.Element, text: str) -> _Tree:
-    bodies = {}
-    for joint in root.findall("joint"):
-        parts = {part.tag: part for part in joint}
-        # The first joint of a body moves its first link, which places it.
-        name = parts["child"].attrib["link"]
+    for name, part in scene.parts.items():
+        # The first joint of a body moves its first link in URDF, which places it.
         first, last = re.fullmatch(r"(.*?)_1", name), re.fullmatch(r"(.*?)_[2-9]", name)
         if last or (not first and name in bodies):
             continue
-        roll, pitch, yaw = _numbers(parts["origin"], "rpy")
-        turned = _about(_Z, yaw) @ _about(_Y, pitch) @ _about(_X, roll)
-        axis = _numbers(parts["axis"], "xyz") if "axis" in parts else _Z
-        placed = _Placed(_numbers(parts["origin"], "xyz"), turned, axis)
-        bodies[first[1] if first else name] = placed
-    cut = r"cut joint (\w+), ball: point (\S+ \S+ \S+) of \w+ = point (\S+ \S+ \S+) of platform"
-    found = [
-        (name, np.array([*map(float, a.split())]), np.array([*map(float, b.split())]))
-        for name, a, b in re.findall(cut, text)
-    ]
-    ends, points = ({f[0]: f[k] for f in found} for k in (1, 2))
-    return _Tree(root.attrib["name"], bodies, ends, points)
+        axis = part.joints[0].axis if part.joints else _Z
+        bodies[first[1] if first else name] = _Placed(part.frame[:3, 3], part.frame[:3, :3], axis)
+    ends = {loop.name: loop.frame[:3, 3] for loop in scene.loops}
+    points = {loop.name: loop.other_frame[:3, 3] for loop in scene.loops}
+    return _Tree(scene.name, bodies, ends, points)
 
 
 def _crank_in_plane(tree: _Tree, leg: str) -> dict[str, float]:
@@ -330,14 +304,6 @@ def _level(azimuth: float) -> tuple[Array, Array]:
     """Radial and tangential unit vectors."""
     rho = np.array([np.cos(azimuth), np.sin(azimuth), 0.0])
     return rho, np.cross(_Z, rho)
-
-
-def _about(axis: Array, angle: float) -> Array:
-    return np.asarray(rotations_from_vectors((angle * axis)[None])[0])
-
-
-def _numbers(element: ET.Element, name: str) -> Array:
-    return np.array([float(each) for each in element.attrib[name].split()])
 
 
 _MOST_BYTES = 10_000_000  # of a file: models have meshes beside them, not in them

@@ -221,7 +221,10 @@ def test_geometry_that_is_changed_in_a_model_is_read(made: Callable, tmp_path: P
         ("<mujoco><worldbody/></mujoco>", 'no body "platform"'),
         ("<robot name='arm'/>", "0 links without a parent"),
         ("<sdf", "is neither a printer.cfg nor XML"),
-        ('<!-- symkin: {"chain": "[R]RR"} --><mujoco/>', "not as symkin writes"),
+        (
+            '<!-- symkin: {"chain": "[R]RR"} --><mujoco><worldbody/></mujoco>',
+            "not as symkin writes",
+        ),
     ],
 )
 def test_a_foreign_model_is_refused(text: str, words: str, tmp_path: Path) -> None:
