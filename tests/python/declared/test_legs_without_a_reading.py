@@ -12,6 +12,10 @@ from numpy.typing import NDArray
 
 import symkin
 from symkin.errors import SymkinError
+from symkin.estimate.evidence.edits import corrections_of
+from symkin.estimate.evidence.findings import Doubt
+from symkin.estimate.evidence.trial import Correction, Statement
+from symkin.estimate.options import EstimateOptions
 from symkin.planning.simulation import disturb
 from symkin.present import page_of
 
@@ -316,3 +320,14 @@ def test_what_does_not_bind_the_platform_well_is_refused(
     path.write_text(text.replace(old, new))
     with pytest.raises(SymkinError, match=says):
         symkin.load_mechanism(path)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_no_mistake_of_readings_is_looked_for_in_a_leg_that_has_none(name: str) -> None:
+    robot = symkin.load_mechanism(FOLDER / f"{name}.toml")
+    poses = symkin.sample_workspace(robot, 40, seed=1).poses
+    table = symkin.Measurements.of(poses, robot.inverse_kinematics(poses))
+    stated = Correction("", Statement(robot, EstimateOptions()), table)
+    causes = [each.cause for each in corrections_of(stated)]
+    legs = {leg for cause in causes if isinstance(cause, Doubt) for leg in cause.legs}
+    assert legs == set(range(robot.reading_count)) < set(range(len(robot.legs)))

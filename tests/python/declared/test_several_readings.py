@@ -254,3 +254,13 @@ def test_a_wrong_value_of_a_reading_is_named_as_the_file_has_it(
     line = text[: text.index(right)].count("\n") + 1
     with pytest.raises(SymkinError, match=re.escape(f"cables.toml:{line}: {words}")):
         symkin.load_mechanism(path)
+
+
+def test_a_sensor_of_several_that_counts_twice_as_far_is_named(robot: symkin.Mechanism) -> None:
+    poses = symkin.sample_workspace(robot, 30, seed=1).poses
+    readings = np.array(disturb(robot, seed=4).inverse_kinematics(poses))
+    readings[:, 0] *= 2
+    with pytest.raises(SymkinError, match="singular") as error:
+        symkin.identify(robot, symkin.Measurements.of(poses, readings))
+    cause = error.value.likely_cause
+    assert (cause.code, cause.legs, round(cause.size, 3)) == ("gain", (0,), 2.0)

@@ -121,8 +121,9 @@ def _with_readings(
 
 def _orders(stated: Correction) -> Iterator[Correction]:
     """The columns of the readings in another order: any of few, of many two exchanged."""
-    count = stated.measurements.readings.shape[1]
+    count = stated.columns
     own = tuple(range(count))
+    unread = tuple(range(count, stated.measurements.readings.shape[1]))
     orders = set(itertools.permutations(own)) if count <= _FEW_LEGS else {own[::-1]}
     for i, j in itertools.combinations(own, 2):
         orders.add(tuple(j if leg == i else i if leg == j else leg for leg in own))
@@ -131,7 +132,7 @@ def _orders(stated: Correction) -> Iterator[Correction]:
         moved = [leg for leg in own if order[leg] != leg]
         columns = ", ".join(str(order[leg] + 1) for leg in moved)
         cause = Doubt("columns-exchanged", tuple(moved), figures={"columns": columns})
-        yield _with_readings(stated, cause, operator.itemgetter((slice(None), order)))
+        yield _with_readings(stated, cause, operator.itemgetter((slice(None), order + unread)))
 
 
 def _modes(stated: Correction) -> Iterator[Correction]:
@@ -182,12 +183,12 @@ def _changed(legs: Sequence[int], change: Callable[[Array], Array]) -> Callable[
 
 
 def _signs(stated: Correction) -> Iterator[Correction]:
-    for legs in _sets(stated.measurements.readings.shape[1]):
+    for legs in _sets(stated.columns):
         yield _with_readings(stated, Doubt("opposite-sign", legs), _changed(legs, np.negative))
 
 
 def _units(stated: Correction) -> Iterator[Correction]:
-    for legs in _sets(stated.measurements.readings.shape[1], alone=True):
+    for legs in _sets(stated.columns, alone=True):
         for factor, unit in _FACTORS.items():
             if ("metres" in unit) == (stated.mechanism.reading_unit == "m"):
                 cause = Doubt("unit-of-readings", legs, size=factor, figures={"unit": unit})
@@ -196,7 +197,7 @@ def _units(stated: Correction) -> Iterator[Correction]:
 
 def _half_turns(stated: Correction) -> Iterator[Correction]:
     nominal = stated.mechanism
-    for legs in _sets(stated.measurements.readings.shape[1], alone=True):
+    for legs in _sets(stated.columns, alone=True):
         turns = [turn_of(nominal, leg) for leg in legs]
         if None not in turns:
             half = np.array(turns, dtype=float) / 2
@@ -210,8 +211,8 @@ def _over(factor: float, values: Array) -> Array:
 
 def _sensors(stated: Correction) -> Iterator[Correction]:
     """Gains and zeros that the tolerances do not explain, of one leg or of all."""
-    nominal, count = stated.mechanism, stated.measurements.readings.shape[1]
-    gains = nominal.sensor_gains
+    nominal, count = stated.mechanism, stated.columns
+    gains = nominal.sensor_gains[:count]
     named = list(nominal.parameter_names)
     angular = np.array([nominal.leg_info(leg).reading_unit == "rad" for leg in range(count)])
     # Gains of angles are compared with each other, and so are those of lengths.
@@ -276,20 +277,31 @@ def _freed(options: EstimateOptions, name: str, legs: Sequence[int], count: int)
 
 
 def _times_as_far(stated: Correction) -> Array:
-    """How far each leg's joint moves by its readings, over what legs do of which half move less.
+    """How far each leg's joint moves by its readings, over how far it moves in the drawing.
 
+    Where poses are not known in the drawing's frame, over what legs do of which half move less.
     From there a gain is found that is too far off for the poses of the drawing at the readings.
     """
-    nominal, readings = stated.mechanism, stated.measurements.readings
-    legs = readings.shape[1]
-    units = [nominal.leg_info(leg).reading_unit for leg in range(legs)]
-    read = np.isfinite(readings)
-    spread = np.std(np.where(read, readings, 0.0), axis=0, where=read | ~read.any(axis=0))
-    moved, times = spread * np.abs(nominal.sensor_gains), np.ones(legs)
-    if "sensor_gain" in nominal.parameter_names and legs > 2 and len({*units}) == 1:
-        usual = np.median(moved)
-        times = np.where((moved > 0) & (usual > 0), moved / (usual or 1.0), 1.0)
-    return np.asarray(times)
+    nominal, poses, legs = stated.mechanism, stated.measurements.poses, stated.columns
+    readings, times = stated.measurements.readings[:, :legs], np.ones(legs)
+    if "sensor_gain" not in nominal.parameter_names:
+        return times
+    moved, usual = _spread(readings), np.zeros(legs)
+    if "base" not in stated.options.frames and np.isfinite(poses).all():
+        drawn = nominal.inverse_kinematics(poses)[:, :legs]
+        usual = _spread(np.where(np.isfinite(readings), drawn, math.nan))
+    elif legs > 2 and len({nominal.leg_info(leg).reading_unit for leg in range(legs)}) == 1:
+        gains = np.abs(nominal.sensor_gains[:legs])
+        usual = np.median(moved * gains) / gains
+    np.divide(moved, usual, out=times, where=(moved > 0) & (usual > 0))
+    return times
+
+
+def _spread(readings: Array) -> Array:
+    """Standard deviation of each column's finite values; zero where there are none."""
+    known = np.isfinite(readings)
+    values = np.where(known, readings, 0.0)
+    return np.asarray(np.std(values, axis=0, where=known | ~known.any(axis=0)))
 
 
 def _held_factors(stated: Correction) -> Iterator[Correction]:

@@ -56,7 +56,7 @@ def _is_elsewhere(stated: Correction) -> bool:
 def _shifts(stated: Correction) -> Iterator[Correction]:
     """Readings that stand some rows late or early, of all legs, of one or of two."""
     measured = stated.measurements
-    count, legs = measured.readings.shape
+    count, legs = len(measured.readings), stated.columns
     if (measured.leg_sets >= 0).any() or count <= 2 * _LATE:
         return
     every = tuple(range(legs))
@@ -156,7 +156,7 @@ def _orders(stated: Correction) -> Iterator[Correction]:
     yield from _ordered(stated, None)
     in_full = np.isfinite(measured.poses).all()
     in_any = in_full or count <= _MOST_TRIED
-    columns = [("readings", leg) for leg in range(measured.readings.shape[1]) if in_any]
+    columns = [("readings", leg) for leg in range(stated.columns) if in_any]
     columns += [("poses", axis) for axis in range(measured.space.size)]
     for name, column in columns:
         steps = np.diff(getattr(measured, name)[:, column])

@@ -126,6 +126,11 @@ class Correction(NamedTuple):
         """What it is asked for."""
         return self.model.options
 
+    @property
+    def columns(self) -> int:
+        """How many columns of readings can be wrong: of legs with a sensor, which are the first."""
+        return self.mechanism.reading_count
+
     def of(self, cause: Cause, mechanism: Mechanism, options: EstimateOptions) -> Correction:
         """Of another robot, or fitted otherwise."""
         return self._replace(cause=cause, model=Statement(mechanism, options))
