@@ -99,10 +99,13 @@ def estimated_noise(problem: Problem, fit: _core.JointFit) -> tuple[Problem, _co
     (Anderson, J. ACM 12, 1965).
     """
     history: list[tuple[NDArray[np.float64], NDArray[np.float64]]] = []
+    told: tuple[str, ...] = ()
     for _ in range(_NOISE_STEPS):
         improved, change = _improved(problem, fit)
         if change >= _STILL:
             before = {name: getattr(problem.noise, name) for name in improved}
+            if tuple(before) != told:  # others have rows to spare than in the step before
+                history, told = [], tuple(before)
             logs = np.log(list(before.values()))
             history.append((logs, np.log(list(improved.values())) - logs))
             improved = dict(zip(before, np.exp(_extrapolated(history)).tolist(), strict=True))
