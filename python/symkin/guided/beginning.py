@@ -111,11 +111,8 @@ def measure(
     if candidates is None or number is not None:
         number = number or min(mechanism.protocol.candidates, _CANDIDATES)
         candidates = sample_workspace(mechanism, int(number), seed)
-    given_poses = pose_rows(candidates)
     observed = Observed.of(mechanism, observe)
-    poses = where_observed(mechanism, observed, given_poses)
-    # What is wanted is wanted over the workspace, wherever it can be observed.
-    over = None if poses is given_poses else given_poses
+    poses = where_observed(mechanism, observed, pose_rows(candidates))
     given = {name: unknowns.get(name) for name in Unknowns.__annotations__}
     wanted = with_file_settings(given, mechanism.identification)
     if observed is not None and observed.kinds == ("height",):
@@ -137,7 +134,7 @@ def measure(
     some = survey.rows(thinned(poses, _ENOUGH))
     survey.covariance([some[np.isfinite(some).all(axis=(1, 2))]])  # which names what is not shown
     groups = dealt(poses, survey.together, seed)
-    chooser = Chooser(robot, groups, observed, {}, target, seed, over)
+    chooser = Chooser(robot, groups, observed, {}, target, seed)
     folder = None if out is None else Path(out)
     if folder is not None:
         _settle(folder, robot, poses, observed, target, noise, seed)

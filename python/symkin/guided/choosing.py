@@ -17,6 +17,7 @@ from symkin.analysis.promises import promised, thinned
 from symkin.analysis.workspace import workspace_coordinates
 from symkin.estimate.conflict import widened_by
 from symkin.estimate.estimate import Estimate
+from symkin.estimate.precision import expected_over
 from symkin.estimate.survey import SILENT, Survey
 from symkin.guided.regions import Regions
 from symkin.model.mechanism import Mechanism
@@ -34,7 +35,7 @@ _WIDE = 1e3  # times its scale: what is known of an unknown without a prior
 _SPOILT = 10.0  # times the tolerances or the noise: an estimate that is no robot
 _SAME = 1e-7  # m or rad, by which a pose that was written and read again may differ
 _AVOIDED = 1.5  # standard deviations of the candidates, around a pose to avoid
-_AMONG = 2000  # candidates over which the error is averaged while poses are chosen
+_AMONG = 2000  # poses over which the error is averaged while poses are chosen
 
 
 @record
@@ -81,12 +82,11 @@ class Chooser:
         unknowns: Mapping[str, Any],
         target: Target,
         seed: int,
-        over: Array | None = None,
     ) -> None:
         self.robot, self.candidates, self.target = robot, candidates, target
         self._observe, self._unknowns, self._seed = observe, unknowns, seed
-        # Poses over which the error is averaged.
-        self._over = thinned(self._poses if over is None else over, _AMONG)
+        # The poses that the promise is for: some of them may not be measured.
+        self._over = thinned(expected_over(robot), _AMONG)
         coordinates = workspace_coordinates(robot, self._poses)
         spread = coordinates.std(axis=0)
         places = coordinates / np.where(spread > 0, spread, 1.0)
@@ -198,7 +198,7 @@ class Chooser:
 
     def reaches(self, estimate: Estimate[Any], confidence: float, again: Array) -> bool:
         """Whether the accuracy is kept with this confidence once these poses are measured again."""
-        survey = self._survey(estimate, again)
+        survey = self._survey(estimate, self._taken_at(estimate, again))
         information = self._information(survey, estimate, again)
         reached = self._reached(survey, self._forms(survey), estimate, confidence)
         return reached(np.asarray(np.linalg.inv(information)))
@@ -226,7 +226,8 @@ class Chooser:
             information = _prior_information(survey)
             poses += [pose for group in self._tries.taken for pose in group]
         if poses:
-            own = survey.rows(np.array(poses)).reshape(-1, len(scale)) * scale
+            taken = self._taken_at(estimate, np.array(poses))
+            own = survey.rows(taken).reshape(-1, len(scale)) * scale
             own = own[np.isfinite(own).all(axis=1)]
             information = information + own.T @ own
         return information
@@ -259,8 +260,9 @@ class Chooser:
         return self._surveyed_at(None)
 
     def _surveyed_at(self, estimate: Estimate[Any] | None) -> _Surveyed:
-        survey = self._survey(estimate, self._poses)
-        rows = survey.rows(self._poses) * survey.scale
+        poses = self._taken_at(estimate, self._poses)
+        survey = self._survey(estimate, poses)
+        rows = survey.rows(poses) * survey.scale
         rows = rows.reshape(len(self.candidates), -1, rows.shape[2])
         return survey, rows, self._forms(survey)
 
@@ -288,6 +290,14 @@ class Chooser:
             return self.robot
         known = self.robot.with_parameters(estimate.mechanism.parameters, symmetry=None)
         return known.replace(frames=estimate.mechanism.frames)
+
+    def _taken_at(self, estimate: Estimate[Any] | None, poses: Array) -> Array:
+        """Where the robot as it is known comes to, if the drawing's readings send it to poses."""
+        known = self._as_known(estimate)
+        if known is self.robot:
+            return poses
+        found, there = known.forward_kinematics(self.robot.inverse_kinematics(poses), poses)
+        return np.where(there[:, None], found, poses)
 
     def _bounds(
         self, forms: Mapping[str, Array], covariance: Array, confidence: float
