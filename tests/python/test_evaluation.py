@@ -6,8 +6,11 @@ import pytest
 
 import symkin
 from symkin.analysis.evaluation import Evaluation
+from symkin.model.framing import framed
 from symkin.model.poses import poses_from_bounds
+from symkin.model.settings import NoiseSettings
 from symkin.planning.simulation import disturb
+from symkin.present import page_of
 
 FRAMES = {
     "3RRR": ([0.05, -0.03, 0.2], [0.01, 0.02, -0.1]),
@@ -117,3 +120,38 @@ def test_without_poses_a_model_is_evaluated_over_its_workspace(paper):
     same = symkin.evaluate(paper, actual=actual, poses=symkin.sample_workspace(paper))
     assert found.position_rms == same.position_rms
     assert found.evaluated > 1000
+
+
+@pytest.mark.parametrize("name", ["rotary_delta", "hexapod_jugglebot", "hangprinter"])
+def test_the_instrument_contributes_the_noise_of_poses_and_of_readings(name):
+    robot = symkin.load_mechanism(name)
+    large = NoiseSettings(position=1e-4, orientation=1e-4, reading=2e-4)
+    robot = robot.replace(noise=large)
+    sample = symkin.sample_workspace(robot, 800, seed=1)
+    random = np.random.default_rng(3)
+    readings = robot.inverse_kinematics(sample.poses)
+    readings += random.normal(0, large.reading, readings.shape)
+    exact = symkin.Measurements.of(framed(robot, sample.poses), readings)
+    told = symkin.evaluate(robot, measurements=exact)
+    for kind, _ in told.kinds:
+        size = robot.space.size if kind == "position" else len(robot.space.rotation)
+        own = size * 1e-8
+        by_readings = getattr(told, f"{kind}_rms")
+        np.testing.assert_allclose(
+            told.instrument[kind], np.hypot(own**0.5, by_readings), rtol=0.05
+        )
+
+
+def test_what_a_sound_calibration_leaves_is_told_and_not_doubted(paper):
+    plan = symkin.make_plan(paper, symkin.sample_workspace(paper, 1000, 1), seed=1)
+    verdicts = []
+    for seed in range(4):
+        made = symkin.simulate(paper, plan, seed)
+        found = symkin.identify(paper, made.measurements)
+        later = symkin.simulate(paper, plan, 100 + seed, made.actual).measurements
+        page = page_of(symkin.evaluate(found.mechanism, measurements=later))
+        verdicts.append((page.verdict, page.judgement.partition(" ")[2][:22]))
+    assert {verdict for verdict, _ in verdicts} <= {"", "good"}
+    assert ("", "declared noise does no") in verdicts
+    as_drawn = page_of(symkin.evaluate(paper, measurements=later))
+    assert as_drawn.verdict == "doubtful"

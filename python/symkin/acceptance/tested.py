@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from symkin.analysis.evaluation import variances_by_readings
 from symkin.analysis.reflectors import in_three, is_tracked, motions_of, turning
 from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError
@@ -106,7 +107,10 @@ class Tested:
         size = self.model.space.size
         columns = slice(None, size) if kind == "position" else slice(size, None)
         declared = self.table.standard_deviations(self.noise)["poses"]
-        found = np.sqrt(declared[:, columns] ** 2 + self._of_readings()[:, columns])
+        of_readings = variances_by_readings(
+            self.model, self.table, self.own, self.noise.reading, self._points
+        )
+        found = np.sqrt(declared[:, columns] ** 2 + of_readings[:, columns])
         return np.where(np.isfinite(self.part(kind)).all(axis=1, keepdims=True), found, np.nan)
 
     def with_own_base(self) -> tuple[Tested, int]:
@@ -177,34 +181,6 @@ class Tested:
             tangents = between(transforms(name, self.commanded[turned]), transforms(name, attained))
             errors[turned, space.size :] = tangents[:, space.components][:, space.size :]
         return errors
-
-    def _of_readings(self) -> Array:
-        """Variances of the commanded pose that the readings' noise makes, (N, dof)."""
-        model = self.model
-        variances = np.full(self.table.readings.shape, self.noise.reading**2)
-        own = self.table.reading_deviations
-        if own is not None:
-            variances = np.where(np.isfinite(own), own**2, variances)
-        if not variances.any():
-            return np.zeros((len(self.own), model.space.dof))
-        by_readings = np.linalg.pinv(model.pose_jacobian(self.own))
-        moves = np.zeros((len(self.own), 6, by_readings.shape[2]))
-        moves[:, model.space.components] = by_readings
-        target = frame(model.pose_space, (model.frames.target if model.frames else ())).translation
-        places = (
-            np.broadcast_to(target, (len(self.own), 3)) if self._points is None else self._points
-        )
-        turned = transforms(model.pose_space, self.own).rotation
-        arms = np.einsum("nij,nj->ni", turned, places)
-        moves[:, :3] += np.cross(moves[:, 3:], arms[:, :, None], axis=1)
-        squares = np.einsum("nij,nj->ni", moves**2, variances)
-        # Along other axes in the device's frame, but as large together.
-        for part in (slice(None, 3), slice(3, None)):
-            shown = [each for each in model.space.components if part.indices(6)[0] <= each]
-            shown = [each for each in shown if each < part.indices(6)[1]]
-            if shown:
-                squares[:, shown] = squares[:, shown].mean(axis=1, keepdims=True)
-        return np.asarray(squares[:, model.space.components])
 
 
 def _by_points(model: Mechanism, table: Measurements) -> tuple[Measurements, Array]:

@@ -27,6 +27,7 @@ from symkin.model.poses import (
     POSE_SPACES,
     PoseSpace,
     Transform,
+    frame,
     moved,
     pose_rows,
     poses_of,
@@ -44,6 +45,7 @@ __all__ = [
     "closures_of",
     "evaluate",
     "pose_differences",
+    "variances_by_readings",
 ]
 
 Array = NDArray[np.float64]
@@ -142,8 +144,9 @@ class Evaluation(Result):
         How far each leg is from closing at all measurements, m (spherical: rad); NaN where it was
         not read. None for a robot that was not measured, or of which positions alone were.
     instrument : mapping of str to float, or None
-        What the declared noise of the poses contributes to the root mean squares of ``"position"``
-        and ``"orientation"``, m and rad; None where none is declared, or nothing was measured.
+        What the declared noise of poses and readings contributes to the root mean squares of
+        ``"position"`` and ``"orientation"``, m and rad; None where none of poses is declared, or
+        nothing was measured.
     notes : tuple of str
         What to know of the table that was measured, such as columns that nothing was read from.
     confidence : float
@@ -423,7 +426,7 @@ def evaluate(
         unread=whole.size - partial - len(rows),
         partial=partial,
         closures=None if placed else closures_of(model, measurements),
-        instrument=_instrument(model, measurements),
+        instrument=_instrument(model, measurements.subset(complete), arm),
         notes=measurements.notes,
     )
 
@@ -458,16 +461,77 @@ def at_arm(differences: Array, poses: Array, arm: Array, space: PoseSpace) -> tu
     return steps[:, space.components], poses_of(space.name, there)
 
 
-def _instrument(model: Mechanism, measurements: Measurements) -> dict[str, float] | None:
-    """What the declared noise of measured poses contributes."""
+def variances_by_readings(
+    model: Mechanism,
+    table: Measurements,
+    poses: Array,
+    deviation: float,
+    places: Array | None = None,
+) -> Array:
+    """Variances of the target's pose that the readings' noise makes, shape (N, dof).
+
+    Parameters
+    ----------
+    model : Mechanism
+        It says how readings move the platform.
+    table : Measurements
+        The N rows.
+    poses : ndarray, shape (N, coordinates)
+        The model's at the readings, in its own frame.
+    deviation : float
+        Of readings for which the table has none of its own, m or rad.
+    places : ndarray, shape (N, 3), optional
+        On the platform, m, in place of the target.
+    """
+    space, own = model.space, table.reading_deviations
+    variances = np.full(table.readings.shape, deviation**2)
+    if own is not None:
+        variances = np.where(np.isfinite(own), own**2, variances)
+    if not variances.any():
+        return np.zeros((len(poses), space.dof))
+    by_readings = np.linalg.pinv(model.pose_jacobian(poses))
+    moves = np.zeros((len(poses), 6, by_readings.shape[2]))
+    moves[:, space.components] = by_readings
+    target = frame(model.pose_space, model.frames.target if model.frames else ()).translation
+    there = np.broadcast_to(target, (len(poses), 3)) if places is None else places
+    arms = np.einsum("nij,nj->ni", transforms(model.pose_space, poses).rotation, there)
+    moves[:, :3] += np.cross(moves[:, 3:], arms[:, :, None], axis=1)
+    squares = np.einsum("nij,nj->ni", moves**2, variances)
+    # Along other axes in the device's frame, but as large together.
+    for part in (range(3), range(3, 6)):
+        shown = [each for each in space.components if each in part]
+        if shown:
+            squares[:, shown] = squares[:, shown].mean(axis=1, keepdims=True)
+    return np.asarray(squares[:, space.components])
+
+
+def _instrument(
+    model: Mechanism, measurements: Measurements, arm: Array
+) -> dict[str, float] | None:
+    """What the declared noise of measured poses and of readings contributes."""
     space, noise, seen = model.space, model.noise, measurements.poses[:, : model.space.size]
     if measurements.points is not None and np.isnan(seen).all():
         seen = measurements.points.reshape(-1, space.size)
     places = noise.at(np.linalg.norm(seen, axis=1))
-    sigma = {"position": np.sqrt(np.mean(places**2)), "orientation": noise.orientation}
-    counts = {"position": space.size, "orientation": len(space.rotation)}
-    shares = {kind: np.sqrt(counts[kind]) * sigma[kind] for kind, _ in space.errors}
-    return {kind: float(share) for kind, share in shares.items() if share > 0} or None
+    of_poses = {
+        "position": space.size * float(np.mean(places**2)),
+        "orientation": len(space.rotation) * noise.orientation**2,
+    }
+    straight = model.replace(curvature=None)
+    poses, taken = straight.forward_kinematics(model.straightened(measurements.readings))
+    there = np.broadcast_to(arm, (int(taken.sum()), 3)) if arm.any() else None
+    by_readings = variances_by_readings(
+        straight, measurements.subset(np.flatnonzero(taken)), poses[taken], noise.reading, there
+    ).mean(axis=0)
+    of_readings = {
+        "position": by_readings[: space.size].sum(),
+        "orientation": by_readings[space.size :].sum(),
+    }
+    return {
+        kind: math.sqrt(of_poses[kind] + of_readings[kind])
+        for kind, _ in space.errors
+        if of_poses[kind] > 0
+    } or None
 
 
 def pose_differences(model: Mechanism, measurements: Measurements) -> Array:
