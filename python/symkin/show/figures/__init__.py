@@ -14,9 +14,6 @@ import contextlib
 import importlib
 import os
 import sys
-from typing import Any
-
-from symkin.present import asker
 
 
 def _import_matplotlib() -> None:
@@ -34,21 +31,8 @@ def _import_matplotlib() -> None:
             matplotlib.rcParams["backend"] = backend
 
 
-def _without_manual() -> None:
-    """Keep matplotlib from documenting all properties of its artists as it is imported.
-
-    That is a third of its import, and nobody reads it in a command. Where matplotlib has other
-    names for it, this does nothing.
-    """
-    artists: Any = importlib.import_module("matplotlib.artist")
-    artists.kwdoc = lambda _: ""
-    artists.Artist._update_set_signature_and_docstring = classmethod(lambda _: None)
-
-
 if sys.modules.get("matplotlib") is None:
     _import_matplotlib()
-    if asker() == "command":
-        _without_manual()
 
 from symkin.show.figures.estimates import (  # noqa: E402
     INTERVAL,
