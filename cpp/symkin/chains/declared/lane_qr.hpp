@@ -102,41 +102,18 @@ class LaneQr {
 
   void reflect(int k, T* values) const {
     const Elimination::Mirror& order = order_.mirrors[k];
-    switch (order.mirrored) {  // unrolled where it is as many as in most legs
-      case 1:
-        return reflect<1>(k, values);
-      case 2:
-        return reflect<2>(k, values);
-      case 3:
-        return reflect<3>(k, values);
-      case 4:
-        return reflect<4>(k, values);
-      case 5:
-        return reflect<5>(k, values);
-      case 6:
-        return reflect<6>(k, values);
-      default:
-        return reflect<kAny>(k, values);
-    }
-  }
-
-  template <int kRows>
-  void reflect(int k, T* values) const {
-    const Elimination::Mirror& order = order_.mirrors[k];
-    const int count = kRows == kAny ? order.mirrored : kRows;
     const T* const mirror = mirrors_[k];
     T sum = mirror[order.rows[0]] * values[order.rows[0]];
-    for (int i = 1; i < count; ++i) {
+    for (int i = 1; i < order.mirrored; ++i) {
       sum = sum + mirror[order.rows[i]] * values[order.rows[i]];
     }
     sum = sum * scale_[k];
-    for (int i = 0; i < count; ++i) {
+    for (int i = 0; i < order.mirrored; ++i) {
       T& value = values[order.rows[i]];
       value = value - sum * mirror[order.rows[i]];
     }
   }
 
-  static constexpr int kAny = 0;
   const Elimination& order_;
   T mirrors_[kMostColumns][kMostRows], upper_[kMostColumns][kMostColumns];
   T diagonal_[kMostColumns], scale_[kMostColumns];
