@@ -343,12 +343,22 @@ bool Assembly::close(const Pose& pose, Joints& joints) {
   return near_home(pose, joints) || follow(pose, joints);
 }
 
-// From home by steps as short as they must be.
+// From home by steps as short as they must be. Where neither the longest nor the shortest leaves
+// home those between are left out: poses in another unit, and all poses of a leg with wrong
+// numbers, are out of reach by far.
 bool Assembly::follow(const Pose& pose, Joints& joints) {
+  constexpr double kLongest = 1.0 / 2;
   constexpr double kShortest = 1.0 / 64;
+  const auto leaves_home = [&](double step) {
+    joints = home_joints_;
+    return near_home(between(home_.pose, pose, step), joints);
+  };
+  if (!leaves_home(kShortest) && !leaves_home(kLongest)) {
+    return false;
+  }
   joints = home_joints_;
   double done = 0;
-  double step = 0.5;
+  double step = kLongest;
   while (done < 1) {
     const double next = std::min(1.0, done + step);
     Joints trial = joints;
