@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: MIT
 """Run clang-tidy on the sources that changed since they last passed, or whose headers did.
 
-Where sources are compiled several at a time, they are checked so too.
+Where sources are compiled several at a time, they are checked so too; those that are compiled for
+several kinds of processors once.
 
 Usage: tidy.py BUILD_DIRECTORY SOURCE_DIRECTORY...
 """
@@ -88,12 +89,11 @@ def main() -> int:
     commands = {Path(entry["file"]).resolve(): entry["command"] for entry in entries}
     record = build / "tidy.json"
     passed = json.loads(record.read_text(encoding="utf-8")) if record.exists() else {}
+    once = {tuple(compiled(source)): source for source in sorted(commands)}
     wanted = {
-        source: fingerprint(command, source)
-        for source, command in sorted(commands.items())
-        if any(
-            file.is_relative_to(directory) for directory in directories for file in compiled(source)
-        )
+        source: fingerprint(commands[source], source)
+        for files, source in once.items()
+        if any(file.is_relative_to(directory) for directory in directories for file in files)
     }
     stale = [source for source, digest in wanted.items() if passed.get(str(source)) != digest]
     # Those that take longest first, so that no processor waits for another at the end.

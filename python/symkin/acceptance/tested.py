@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from symkin.analysis.evaluation import variances_by_readings
+from symkin.analysis.promises import variances_by_readings
 from symkin.analysis.reflectors import in_three, is_tracked, motions_of, turning
 from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError

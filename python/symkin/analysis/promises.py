@@ -10,8 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin import _core
+from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError
 from symkin.model.mechanism import Mechanism
+from symkin.model.poses import frame, transforms
 from symkin.values import Value, field, record
 
 __all__ = [
@@ -25,6 +27,7 @@ __all__ = [
     "require_determined",
     "sampled_bound",
     "thinned",
+    "variances_by_readings",
 ]
 
 Array = NDArray[np.float64]
@@ -194,6 +197,50 @@ def parameter_effects(mechanism: Mechanism, poses: Array) -> tuple[Array, NDArra
     moves = np.zeros((len(inverse), 6, len(readings.T), p + 3))
     moves[:, mechanism.space.components] = moved
     return moves, good
+
+
+def variances_by_readings(
+    model: Mechanism,
+    table: Measurements,
+    poses: Array,
+    deviation: float,
+    places: Array | None = None,
+) -> Array:
+    """Variances of the target's pose that the readings' noise makes, shape (N, dof).
+
+    Parameters
+    ----------
+    model : Mechanism
+        It says how readings move the platform.
+    table : Measurements
+        The N rows.
+    poses : ndarray, shape (N, coordinates)
+        The model's at the readings, in its own frame.
+    deviation : float
+        Of readings for which the table has none of its own, m or rad.
+    places : ndarray, shape (N, 3), optional
+        On the platform, m, in place of the target.
+    """
+    space, own = model.space, table.reading_deviations
+    variances = np.full(table.readings.shape, deviation**2)
+    if own is not None:
+        variances = np.where(np.isfinite(own), own**2, variances)
+    if not variances.any():
+        return np.zeros((len(poses), space.dof))
+    by_readings = np.linalg.pinv(model.pose_jacobian(poses))
+    moves = np.zeros((len(poses), 6, by_readings.shape[2]))
+    moves[:, space.components] = by_readings
+    target = frame(model.pose_space, model.frames.target if model.frames else ()).translation
+    there = np.broadcast_to(target, (len(poses), 3)) if places is None else places
+    arms = np.einsum("nij,nj->ni", transforms(model.pose_space, poses).rotation, there)
+    moves[:, :3] += np.cross(moves[:, 3:], arms[:, :, None], axis=1)
+    squares = np.einsum("nij,nj->ni", moves**2, variances)
+    # Along other axes in the device's frame, but as large together.
+    for part in (range(3), range(3, 6)):
+        shown = [each for each in space.components if each in part]
+        if shown:
+            squares[:, shown] = squares[:, shown].mean(axis=1, keepdims=True)
+    return np.asarray(squares[:, space.components])
 
 
 def _inverses(matrices: Array, some: NDArray[np.bool_]) -> tuple[NDArray[np.bool_], Array]:
