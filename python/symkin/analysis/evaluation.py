@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
 from symkin.analysis.frame_fit import align
-from symkin.analysis.promises import CONFIDENCE, sampled_bound, variances_by_readings
+from symkin.analysis.promises import CONFIDENCE, sampled_bound, thinned, variances_by_readings
 from symkin.analysis.reflectors import own_poses
 from symkin.analysis.workspace import WorkspaceSample, sample_workspace
 from symkin.data.measurements import Measurements
@@ -471,11 +471,12 @@ def _instrument(
         "position": space.size * float(np.mean(places**2)),
         "orientation": len(space.rotation) * noise.orientation**2,
     }
-    straight = model.replace(curvature=None)
-    poses, taken = straight.forward_kinematics(model.straightened(measurements.readings))
+    # A mean needs no more rows; a pseudoinverse for each of many takes seconds.
+    some, straight = thinned(np.arange(len(measurements.poses))), model.replace(curvature=None)
+    poses, taken = straight.forward_kinematics(model.straightened(measurements.readings[some]))
     there = np.broadcast_to(arm, (int(taken.sum()), 3)) if arm.any() else None
     by_readings = variances_by_readings(
-        straight, measurements.subset(np.flatnonzero(taken)), poses[taken], noise.reading, there
+        straight, measurements.subset(some[taken]), poses[taken], noise.reading, there
     ).mean(axis=0)
     of_readings = {
         "position": by_readings[: space.size].sum(),

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import contextlib
 import math
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +32,7 @@ __all__ = [
 ]
 
 Array = NDArray[np.float64]
+_Scalar = TypeVar("_Scalar", bound=np.generic)
 
 CONFIDENCE = 0.95
 _RANK = 1e-9  # of the largest singular value
@@ -259,8 +261,8 @@ def _inverses(matrices: Array, some: NDArray[np.bool_]) -> tuple[NDArray[np.bool
     return good, np.asarray(np.linalg.pinv(matrices[good]))
 
 
-def thinned(poses: Array, most: int = _AVERAGED) -> Array:
-    """At most so many of the poses, by default those over which an expected error is averaged."""
+def thinned(poses: NDArray[_Scalar], most: int = _AVERAGED) -> NDArray[_Scalar]:
+    """At most so many poses, or numbers of theirs, by default as errors are averaged over."""
     return poses[:: -(-len(poses) // most)]
 
 

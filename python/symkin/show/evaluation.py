@@ -109,9 +109,10 @@ def _verdict(evaluation: Evaluation) -> Verdict:
     if not instrument:
         return ""
     own = _beyond_the_noise(evaluation)
+    if any(size > instrument[kind] for kind, size in own.items()):
+        return "doubtful"
     # A calibrated robot errs a little, too: by how much, these poses cannot judge.
-    small = all(size <= instrument[kind] for kind, size in own.items())
-    return "good" if not own and not _is_of_frames(evaluation) else "" if small else "doubtful"
+    return "" if own or _is_of_frames(evaluation) else "good"
 
 
 def _beyond_the_noise(evaluation: Evaluation) -> dict[str, float]:
