@@ -2,13 +2,15 @@
 """What a page says, before it is text or HTML; and the one way from a result to its page.
 
 A result is made in rooms that know nothing of pages. `page_of`, `summary_of` and `notebook_of` ask
-`symkin.show`, which names what tells each kind of result; that is loaded when it is first asked.
+`symkin.show`, which registers what tells each kind of result, and is loaded when it is first asked.
 """
 
 from __future__ import annotations
 
 import contextlib
+import functools
 import importlib
+import importlib.util
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextvars import ContextVar
 from dataclasses import replace
@@ -251,26 +253,26 @@ def draws(page: Page, image: Image) -> bool:
     return not image.details or page.verdict != "good" or _ALL_FIGURES.get()
 
 
-def _loaded(name: str) -> Any:
-    module, _, attribute = name.rpartition(".")
-    return getattr(importlib.import_module(f"symkin.{module}"), attribute)
+def _load_what_tells(kind: type) -> None:
+    """Load the module of `symkin.show` that tells a kind of result, by page or in a notebook.
+
+    First the one that bears the name of the result's own module, since a command asks for one page;
+    where that does not tell it, all of them.
+    """
+    for module in (kind.__module__.rpartition(".")[2], "pages"):
+        if all(each.dispatch(kind) is each.dispatch(object) for each in (page_of, notebook_of)):
+            name = f"symkin.show.{module}"
+            if importlib.util.find_spec(name):
+                importlib.import_module(name)
 
 
 def kinds_told() -> list[type]:
     """The classes that there are pages of."""
-    return [_loaded(name) for name in _loaded("show.PAGES")]
+    importlib.import_module("symkin.show.pages")
+    return [kind for kind in page_of.registry if kind is not object]
 
 
-def _told(table: str, result: object) -> Any:
-    """What tells a result, by a table of `symkin.show`; None if nothing does."""
-    tellers: Mapping[str, str] = _loaded(f"show.{table}")
-    for kind in type(result).__mro__:
-        name = f"{kind.__module__}.{kind.__qualname__}".removeprefix("symkin.")
-        if name in tellers:
-            return _loaded(f"show.{tellers[name]}")
-    return None
-
-
+@functools.singledispatch
 def page_of(result: object) -> Page:
     """Return what there is to say of a result, from which text and HTML are rendered.
 
@@ -279,24 +281,33 @@ def page_of(result: object) -> Page:
     TypeError
         For what has no page.
     """
-    told = _told("PAGES", result)
-    if told is None:
+    _load_what_tells(type(result))
+    told = page_of.dispatch(type(result))
+    if told is page_of.dispatch(object):
         raise TypeError(f"there is no page of a {type(result).__name__}")
     page: Page = told(result)
     return page
 
 
+@functools.singledispatch
 def summary_of(result: object) -> Page:
     """Return the top of a result's page, without what takes longer to calculate."""
-    told = _told("SUMMARIES", result)
-    page: Page = page_of(result) if told is None else told(result)
+    _load_what_tells(type(result))
+    told = summary_of.dispatch(type(result))
+    page: Page = page_of(result) if told is summary_of.dispatch(object) else told(result)
     return page
 
 
+@functools.singledispatch
 def notebook_of(result: object) -> str:
     """Return what a notebook shows of an object, HTML."""
-    told = _told("NOTEBOOKS", result)
-    html: str = _rendering().summary_html(summary_of(result)) if told is None else told(result)
+    _load_what_tells(type(result))
+    told = notebook_of.dispatch(type(result))
+    html: str = (
+        _rendering().summary_html(summary_of(result))
+        if told is notebook_of.dispatch(object)
+        else told(result)
+    )
     return html
 
 

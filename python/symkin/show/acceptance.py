@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 
 from symkin.acceptance import ABOUT, Acceptance, Comparison, Judged
-from symkin.present import Group, Headline, Page, Section, Table, Verdict
+from symkin.present import Group, Headline, Page, Section, Table, Verdict, page_of
 from symkin.show.units import on_paper
 from symkin.show.wording import NONE, milli, percent, plural, quantity, significant
 
@@ -19,6 +19,7 @@ _DIGITS = 16  # of a digest
 _LEAST_P = 1e-6
 
 
+@page_of.register(Acceptance)
 def acceptance_page(found: Acceptance) -> Page:
     """Tell whether a robot keeps its tolerance: a certificate of one printed page."""
     verdict = {"pass": "PASS", "fail": "FAIL", "undecided": "UNDECIDED"}[found.verdict]
@@ -214,6 +215,7 @@ def _rows(found: Acceptance) -> int:
     return sum(each.accuracy.visits for each in found.poses)
 
 
+@page_of.register(Comparison)
 def comparison_of_calibrations_page(found: Comparison) -> Page:
     """Tell what moved between two calibrations."""
     if found.shape_moved:

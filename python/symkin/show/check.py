@@ -26,7 +26,7 @@ from symkin.model.symmetry import (
     symmetry_pairs,
 )
 from symkin.model.symmetry.groups import carrier_words
-from symkin.present import Group, Headline, Page, Section, Table
+from symkin.present import Group, Headline, Page, Section, Table, page_of
 from symkin.show.mechanism import held_parameters, legs_table, mechanism_section
 from symkin.show.observability import observability_section, singular_values_table
 from symkin.show.symmetry import pairs_table
@@ -52,6 +52,7 @@ _AS_GOOD = 0.98  # efficiency of carried poses that needs no word
 _SOUND = 10  # condition number at home that needs no word
 
 
+@page_of.register(CheckResult)
 def check_page(result: CheckResult) -> Page:
     """Describe whether the legs are alike, and what it means for measuring."""
     mechanism, comparison = result.mechanism, result.comparison
@@ -412,6 +413,7 @@ def _row(condition: Condition) -> tuple[str, ...]:
     )
 
 
+@page_of.register(DetectedSymmetry)
 def detection_page(found: DetectedSymmetry) -> Page:
     """Say which symmetry the legs have."""
     return Page(
@@ -423,6 +425,7 @@ def detection_page(found: DetectedSymmetry) -> Page:
     )
 
 
+@page_of.register(SymmetryComparison)
 def comparison_page(comparison: SymmetryComparison) -> Page:
     """Say how near the legs are to a symmetry, and what breaks it."""
     first, *others = comparison.sentences
@@ -436,6 +439,7 @@ def comparison_page(comparison: SymmetryComparison) -> Page:
     )
 
 
+@page_of.register(Conditions)
 def conditions_page(conditions: Conditions) -> Page:
     """Say which of the paper's conditions hold."""
     failing = [each for each in conditions.conditions if not each.holds]

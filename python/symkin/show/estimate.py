@@ -34,6 +34,8 @@ from symkin.present import (
     Table,
     Verdict,
     for_details,
+    page_of,
+    summary_of,
 )
 from symkin.show.check import symmetry_section
 from symkin.show.devices import device_notes
@@ -85,6 +87,7 @@ _BLOCKS = {
 }
 
 
+@page_of.register(Estimate)
 def estimate_page(found: Estimate) -> Page:
     """Tell an estimate."""
     top, poses = estimate_summary(found), found.latent_poses
@@ -106,6 +109,7 @@ def estimate_page(found: Estimate) -> Page:
     return dataclasses.replace(top, sections=sections)
 
 
+@summary_of.register(Estimate)
 def estimate_summary(found: Estimate) -> Page:
     """Tell the answer, whether to trust it, and what of that has a table on the command line."""
     verdict, words = judgement(found)

@@ -12,7 +12,7 @@ from symkin.analysis.evaluation import AlignedErrors, Evaluation
 from symkin.analysis.promises import ExpectedAccuracy
 from symkin.estimate.cross_validation import CrossValidation
 from symkin.estimate.precision import Heights, in_words
-from symkin.present import ErrorLine, Group, Headline, Image, Page, Section, Table, Verdict
+from symkin.present import ErrorLine, Group, Headline, Image, Page, Section, Table, Verdict, page_of
 from symkin.show.images import plotted
 from symkin.show.wording import NONE, became, count, milli, percent, plural, ratio, significant
 
@@ -25,6 +25,7 @@ _WORST = 5
 _NOISY = 1.2  # times the noise, which parameters that are known well add next to nothing to
 
 
+@page_of.register(Evaluation)
 def evaluation_page(evaluation: Evaluation) -> Page:
     """Tell the errors of a model."""
     name = f"{evaluation.name}: end-effector error" if evaluation.name else "End-effector error"
@@ -147,6 +148,7 @@ def _promised(evaluation: Evaluation) -> list[str]:
     ]
 
 
+@page_of.register(CrossValidation)
 def cross_validation_page(validation: CrossValidation) -> Page:
     """Tell the errors at poses that the identification did not see."""
     evaluation = validation.evaluation

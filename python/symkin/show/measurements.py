@@ -15,7 +15,7 @@ from symkin.files.mechanism_file import typed_name
 from symkin.model.poses import POSE_SPACES
 from symkin.planning.accuracy import set_name
 from symkin.planning.simulation import Simulation
-from symkin.present import Group, Headline, Image, Page, Section, Table
+from symkin.present import Group, Headline, Image, Page, Section, Table, page_of
 from symkin.show.images import plotted
 from symkin.show.units import on_paper
 from symkin.show.wording import NONE, count, decimals_of, fixed, milli, plural, significant
@@ -32,6 +32,7 @@ _SINGLE = (
 )
 
 
+@page_of.register(Measurements)
 def measurements_page(taken: Measurements) -> Page:
     """Count poses and readings, and show where the poses lie."""
     legs = range(taken.readings.shape[1])
@@ -97,6 +98,7 @@ def _poses_image(measurements: Measurements, sets: Sequence[NDArray[np.float64]]
     )
 
 
+@page_of.register(Simulation)
 def simulation_page(simulation: Simulation) -> Page:
     """Tell what was measured of a simulated robot."""
     replaced = simulation.replaced_by_set
@@ -124,6 +126,7 @@ def _unprinted(section: Section) -> Section:
     return dataclasses.replace(section, parts=parts)
 
 
+@page_of.register(Alignment)
 def alignment_page(found: Alignment) -> Page:
     """Tell the frames, and how well they explain the poses."""
     space = POSE_SPACES[found.pose_space]

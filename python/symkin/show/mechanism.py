@@ -33,7 +33,7 @@ from symkin.model.declared import declared_chain, label_of
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import transforms
 from symkin.model.symmetry import SymmetryGroup
-from symkin.present import Group, Image, Movable, Page, Section, Table
+from symkin.present import Group, Image, Movable, Page, Section, Table, notebook_of
 from symkin.show.rendering import summary_html
 from symkin.show.skeleton import drawn_centres, joints_of, outline, rails_of
 from symkin.show.units import on_paper
@@ -667,6 +667,7 @@ def _rounded(points: Array) -> list[list[float]]:
     return np.round(points, 6).tolist()  # type: ignore[no-any-return]
 
 
+@notebook_of.register(Mechanism)
 def mechanism_html(mechanism: Mechanism) -> str:
     """Return what a notebook shows of a mechanism: its drawing and its legs."""
     return summary_html(Page(mechanism_title(mechanism)), mechanism_parts(mechanism))

@@ -19,7 +19,7 @@ from symkin.analysis.observability import (
 from symkin.errors import SymkinError
 from symkin.model.mechanism import Mechanism
 from symkin.model.symmetry import SymmetryPair, observability_group
-from symkin.present import Group, Image, Page, Section, Table
+from symkin.present import Group, Image, Page, Section, Table, page_of
 from symkin.show.images import plotted
 from symkin.show.wording import NONE, leg_columns, plural, significant
 
@@ -33,6 +33,7 @@ _INDICES = {
 }
 
 
+@page_of.register(Observability)
 def observability_page(shown: Observability) -> Page:
     """Describe what poses show of one leg."""
     count = len(shown.parameter_names)

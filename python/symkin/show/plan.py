@@ -26,7 +26,7 @@ from symkin.planning.accuracy import set_name
 from symkin.planning.making import default_design
 from symkin.planning.observing import is_probing
 from symkin.planning.simulation import Simulation
-from symkin.present import Group, Headline, Image, Page, Section, Table
+from symkin.present import Group, Headline, Image, Page, Section, Table, page_of
 from symkin.show.devices import device_notes
 from symkin.show.images import plotted
 from symkin.show.mechanism import mechanism_section
@@ -67,6 +67,7 @@ _COUNTED = 12  # numbers of poses on the first screen
 _PERCENT = "\N{NO-BREAK SPACE}%"
 
 
+@page_of.register(Plan)
 def plan_page(plan: Plan) -> Page:
     """Describe a plan: how good it is, what it shows, and where its poses lie."""
     mechanism, expected, basis = plan.mechanism, plan.expected, plan.basis
@@ -390,6 +391,7 @@ def _made(basis: PlanBasis) -> list[str]:
     return [text, *([] if basis.survey is None else [_survey_text(basis.survey)]), certificate]
 
 
+@page_of.register(PoseCountCurve)
 def pose_count_page(curve: PoseCountCurve) -> Page:
     """Describe what more poses bring."""
     mechanism, gain = curve.mechanism, f"{100 * curve.least_gain:g}{_PERCENT}"
@@ -437,6 +439,7 @@ def _counted_for(curve: PoseCountCurve) -> str:
     return f"{told}: {count(round(float(measured)))} in all"
 
 
+@page_of.register(NeededPoses)
 def needed_poses_page(needed: NeededPoses) -> Page:
     """Describe how many poses a wanted accuracy needs, and what else would help."""
     curve, expected = needed.curve, needed.expected

@@ -15,7 +15,7 @@ from symkin.estimate.fleet import Fleet
 from symkin.files.mechanism_file import typed_name
 from symkin.pipeline import ProtocolResult
 from symkin.planning.simulation import Simulation
-from symkin.present import ErrorLine, Group, Headline, Image, Page, Section, Table, Verdict
+from symkin.present import ErrorLine, Group, Headline, Image, Page, Section, Table, Verdict, page_of
 from symkin.show.check import symmetry_section
 from symkin.show.devices import device_notes
 from symkin.show.estimate import instrument_of, judgement, parameter_section
@@ -50,6 +50,7 @@ _OF_THE_DEVICE = ("held-as-exact", "unseen")  # notes of what a simulated one ha
 _TOLD = 5  # of a fleet's doubts, and robots of each
 
 
+@page_of.register(ProtocolResult)
 def run_page(result: ProtocolResult) -> Page:
     """Tell what a run of the protocol on a simulated robot achieved."""
     nominal, plan, poses = result.nominal, result.plan, result.plan.leg_poses()
@@ -189,6 +190,7 @@ def _comparison_table(result: ProtocolResult) -> Table:
     return Table(caption, columns, [Group(rows)])
 
 
+@page_of.register(Fleet)
 def fleet_page(fleet: Fleet) -> Page:
     """Count the robots that fit, and say what is wrong with the others."""
     counts = {word: fleet.verdicts.count(word) for word in ("fits", "doubtful", "failed")}

@@ -8,7 +8,7 @@ import math
 from collections.abc import Sequence
 from statistics import NormalDist
 
-from symkin.present import Group, Headline, Image, Page, Section, Table
+from symkin.present import Group, Headline, Image, Page, Section, Table, page_of
 from symkin.show.images import plotted
 from symkin.show.wording import (
     NONE,
@@ -31,6 +31,7 @@ _PLUS_MINUS = "\N{NO-BREAK SPACE}\N{PLUS-MINUS SIGN}\N{NO-BREAK SPACE}"
 _FEW = 40  # cells that a figure can name
 
 
+@page_of.register(StudyResult)
 def study_page(result: StudyResult) -> Page:
     """Describe what a study of simulated robots found."""
     off = _off_cells(result)
@@ -60,6 +61,7 @@ def study_page(result: StudyResult) -> Page:
     )
 
 
+@page_of.register(CostResult)
 def cost_page(result: CostResult) -> Page:
     """Describe what a study of cost measured."""
     sections = [_cost(result, name) for name in result.mechanisms]

@@ -9,7 +9,7 @@ from symkin.errors import SymkinError
 from symkin.estimate.estimate import Estimate
 from symkin.estimate.robot_symmetry import RobotSymmetry, robot_symmetry
 from symkin.model.symmetry import SymmetryPairs
-from symkin.present import Group, Page, Section, Table
+from symkin.present import Group, Page, Section, Table, page_of
 from symkin.show.wording import NONE, significant
 
 __all__ = ["pairs_page", "pairs_table", "robot_symmetry_page", "robot_symmetry_section"]
@@ -34,6 +34,7 @@ def pairs_table(pairs: SymmetryPairs) -> Table:
     return Table("All symmetries", columns, [Group(rows)], wordy=True)
 
 
+@page_of.register(SymmetryPairs)
 def pairs_page(pairs: SymmetryPairs) -> Page:
     """Say which symmetries there are, and which of them carry poses."""
     kept, home = len(pairs.keep_modes), len(pairs.keep_modes_and_home)
@@ -62,6 +63,7 @@ def robot_symmetry_section(found: Estimate) -> Section:
     return _section(judged)
 
 
+@page_of.register(RobotSymmetry)
 def robot_symmetry_page(judged: RobotSymmetry) -> Page:
     """Say the same on a page of its own."""
     return Page(

@@ -21,7 +21,7 @@ from symkin.model.chains import legs_in_words
 from symkin.model.mechanism import Mechanism
 from symkin.planning import Plan
 from symkin.planning.accuracy import set_name
-from symkin.present import Group, Image, Page, Section, Table
+from symkin.present import Group, Image, Page, Section, Table, page_of
 from symkin.show.images import plotted
 from symkin.show.units import on_paper
 from symkin.show.wording import count, given, milli, plural, share, significant, sources
@@ -91,6 +91,7 @@ def elements_table(
     return Table(caption, (*columns, "Largest deviation"), [Group(rows)], brief=brief)
 
 
+@page_of.register(WorkspaceSample)
 def sample_page(sample: WorkspaceSample) -> Page:
     """Say how many poses were kept, and why the others were not."""
     image = Image(
@@ -110,6 +111,7 @@ def sample_page(sample: WorkspaceSample) -> Page:
     )
 
 
+@page_of.register(WorkspaceStudy)
 def workspace_page(study: WorkspaceStudy) -> Page:
     """Say whether a workspace has the symmetry of the legs, and what it looks like."""
     mechanism, structure = study.mechanism, study.symmetry.structure

@@ -2,6 +2,7 @@
 """Every result loads back: equal to what was saved, and saying the same."""
 
 import copy
+import itertools
 import json
 import pickle
 import subprocess
@@ -187,3 +188,19 @@ def test_a_declared_leg_goes_along_to_another_process(tmp_path):
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
     assert done.stdout.strip() == symkin.read_result(path).text().strip()
     assert not done.stderr
+
+
+def test_no_kind_of_result_is_told_by_the_page_of_another():
+    # Each has a page of its own, whichever of them was loaded first.
+    pairs = itertools.permutations(kinds_told(), 2)
+    assert not [(kind, other) for kind, other in pairs if issubclass(kind, other)]
+
+
+def test_the_page_of_an_estimate_loads_no_page_of_a_study():
+    script = (
+        "import sys, symkin; robot = symkin.load('3RRR'); "
+        "taken = robot.simulate(robot.plan(10, candidates=100)).measurements; "
+        "robot.identify(taken).page(); print('symkin.show.study' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True)
+    assert done.stdout.split() == ["False"], done.stderr
