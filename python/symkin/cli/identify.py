@@ -421,7 +421,7 @@ def align(
             measured, own, points, convention=convention, length=length, pose_space=space
         )
         if folder:
-            (folder / names[0]).write_text(found.frames_text(), encoding="utf-8")
+            (folder / names[0]).write_text(found.frames_text(), encoding="utf-8", newline="\n")
             found.save(folder / names[1])
             if telling.report:
                 found.report(folder / names[2])

@@ -221,7 +221,8 @@ def _token(path: Path) -> str:
         if kept:
             return kept
     token = secrets.token_urlsafe(16)
-    with open(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), "w") as file:  # noqa: PTH123
+    descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
+    with open(descriptor, "w", encoding="ascii") as file:  # noqa: PTH123
         file.write(token)
     return token
 

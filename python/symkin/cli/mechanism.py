@@ -6,7 +6,6 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import re
-import shlex
 import sys
 import textwrap
 from pathlib import Path
@@ -47,6 +46,7 @@ from symkin.model.chains import legs_in_words
 from symkin.model.devices import DEVICES
 from symkin.model.file_frames import as_drawn
 from symkin.options import Platform
+from symkin.shell import typed_word
 from symkin.show.devices import device_in_words
 from symkin.show.rendering import filled
 from symkin.storage.output_files import OutputFiles
@@ -457,8 +457,8 @@ def import_(
         for each in words:
             say(filled(f"{title} {each}."))
     if found.columns:
-        of = shlex.quote(str(out / _MECHANISM if found.mechanism else mechanism or "MECHANISM"))
-        table, calibrated = (shlex.quote(str(out / name)) for name in (_MEASURED, "calibrated"))
+        of = typed_word(out / _MECHANISM if found.mechanism else mechanism or "MECHANISM")
+        table, calibrated = (typed_word(out / name) for name in (_MEASURED, "calibrated"))
         say(f"\nNext: symkin identify {of} {table} --out {calibrated}\n")
     for name in written:
         say(str(out / name))
@@ -480,8 +480,8 @@ def _import_mechanism(
     written = [_MECHANISM]
     if found.measurements is not None:
         written.append(_PROBED)
-        files = [shlex.quote(str(out / name)) for name in written]
-        calibrated = shlex.quote(str(out / "calibrated"))
+        files = [typed_word(out / name) for name in written]
+        calibrated = typed_word(out / "calibrated")
         say(f"\nNext: symkin identify {' '.join(files)} --out {calibrated}\n")
     for name in written:
         say(str(out / name))

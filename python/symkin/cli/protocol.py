@@ -190,7 +190,9 @@ def plan(
             made.save(folder / "plan.csv")
             if probing:
                 write_bed_points(made, folder / _POINTS[0])
-                (folder / _POINTS[1]).write_text(klipper_points(made), encoding="utf-8")
+                (folder / _POINTS[1]).write_text(
+                    klipper_points(made), encoding="utf-8", newline="\n"
+                )
             write_result(made, telling, document, folder, "plan")
     print_result(made, telling, out, files, document)
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import shlex
 from collections.abc import Mapping
 from typing import Literal
 
@@ -17,6 +16,7 @@ from symkin.estimate.unknowns import Gauge, LossPer, Priors, Sensor
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import NoiseSettings
 from symkin.options import Estimator, Loss, Moving, PoseUse, SessionsOwn, flags_of
+from symkin.shell import typed_word
 from symkin.storage.quantities import evaluate_quantity
 from symkin.values import Value, record
 
@@ -94,8 +94,7 @@ class EstimateOptions(Value):
         if not all(isinstance(value, str | int | float) for _, value in words):
             return None
         return "".join(
-            f" {flag}" if value is True else f" {flag} {shlex.quote(str(value))}"
-            for flag, value in words
+            f" {flag}" if value is True else f" {flag} {typed_word(value)}" for flag, value in words
         )
 
     def covariates(self, mechanism: Mechanism, measurements: Measurements) -> tuple[Covariate, ...]:

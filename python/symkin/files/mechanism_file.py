@@ -7,7 +7,6 @@ import dataclasses
 import functools
 import math
 import os
-import shlex
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar, overload
@@ -63,6 +62,7 @@ from symkin.model.settings import (
 from symkin.model.symmetry import generate_legs, generate_orbits, verify_declared
 from symkin.model.symmetry.about_axis import declared_pairs
 from symkin.options import checks
+from symkin.shell import typed_word
 from symkin.storage.shipped import shipped_files
 from symkin.storage.toml_file import TomlSource, read_table, read_toml, table, text
 
@@ -611,19 +611,19 @@ def typed_name(mechanism: Mechanism) -> str:
     if source is None:
         return "MECHANISM"
     name = source.stem
-    typed = shlex.quote(name if is_shipped(source) else str(source))
+    typed = typed_word(name if is_shipped(source) else source)
     device = mechanism.device
     try:
         drawn = read_mechanism(source, require_symmetry=False)
     except MechanismFileError:  # as of a result that was loaded on another machine
         return typed
     if device is not None and device != drawn.device:
-        typed += f" --device-kind {shlex.quote(device.kind)}"
+        typed += f" --device-kind {typed_word(device.kind)}"
         drawn = drawn.with_device(device)
     for kind, value in mechanism.noise.deviations.items():
         if value != getattr(drawn.noise, kind):
             typed += f" --noise {kind}={value:g}"
     columns = mechanism.measurement_columns
     if columns is not None and columns.source and columns != drawn.measurement_columns:
-        typed += f" --columns {shlex.quote(str(columns.source))}"
+        typed += f" --columns {typed_word(columns.source)}"
     return typed

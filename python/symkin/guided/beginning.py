@@ -184,4 +184,4 @@ def _settle(
             "folder of a session, or a new one"
         )
     drawing.replace(folder / ROBOT)
-    path.write_text(json.dumps(told, indent=2) + "\n", encoding="utf-8")
+    path.write_text(json.dumps(told, indent=2) + "\n", encoding="utf-8", newline="\n")

@@ -11,7 +11,6 @@ import contextlib
 import json
 import math
 import queue
-import shlex
 import subprocess
 import sys
 import threading
@@ -22,6 +21,7 @@ from symkin.data.columns import pose_column_names
 from symkin.errors import SymkinError
 from symkin.guided.session import Ask, Failure, Session
 from symkin.model.file_frames import as_drawn
+from symkin.shell import words_of
 from symkin.values import record
 
 __all__ = ["VERSION", "Device", "DeviceError", "Failed", "Measured"]
@@ -235,6 +235,6 @@ def _is_number(value: object) -> TypeGuard[float]:
 
 def _words(command: str) -> list[str]:
     """The words of a command line; symkin's own commands are those of this installation."""
-    words = shlex.split(command)
+    words = words_of(command)
     own = [sys.executable, "-m", "symkin"]
     return own + words[1:] if words[:1] == ["symkin"] else words

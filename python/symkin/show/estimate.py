@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import shlex
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -37,6 +36,7 @@ from symkin.present import (
     page_of,
     summary_of,
 )
+from symkin.shell import typed_word
 from symkin.show.check import symmetry_section
 from symkin.show.devices import device_notes
 from symkin.show.evaluation import (
@@ -213,9 +213,7 @@ def _next_command(found: Estimate) -> str:
         if corrected is None or (found.corrected is None and source is None):
             return ""
         robot = f"{{folder}}/{REDRAWN}" if found.redrawn is not None else typed_name(found.nominal)
-        table = (
-            f"{{folder}}/{CORRECTED}" if found.corrected is not None else shlex.quote(str(source))
-        )
+        table = f"{{folder}}/{CORRECTED}" if found.corrected is not None else typed_word(source)
         return f"symkin identify {robot} {table}{corrected} --out corrected"
     if not found.trustworthy or found.heights is not None:
         return ""
@@ -225,7 +223,7 @@ def _next_command(found: Estimate) -> str:
     if source is None or options is None:
         return ""
     return (
-        f"symkin identify {typed_name(found.nominal)} {shlex.quote(str(source))}{options} "
+        f"symkin identify {typed_name(found.nominal)} {typed_word(source)}{options} "
         "--cross-validate 5 --out checked"
     )
 

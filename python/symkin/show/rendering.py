@@ -24,6 +24,7 @@ from unicodedata import east_asian_width
 from markupsafe import Markup, escape
 
 from symkin.present import ErrorLine, Group, Headline, Image, Movable, Page, Table, draws
+from symkin.shell import typed_word
 from symkin.show.theme import THEME, point_names
 from symkin.show.wording import bare, milli, percent, plural, small
 from symkin.storage.output_files import OutputFiles
@@ -195,7 +196,9 @@ def files_text(names: Sequence[str], folder: str = "") -> str:
 
 def command_text(page: Page, folder: str = "") -> str:
     """Return the command that a page proposes, with the folder of its files."""
-    return page.next_command.replace("{folder}", folder or "DIR")
+    return _IN_FOLDER.sub(
+        lambda found: typed_word(f"{folder or 'DIR'}{found[1]}"), page.next_command
+    )
 
 
 def _next(page: Page, folder: str) -> str:
@@ -312,6 +315,7 @@ _DOTS_PER_INCH = 85  # of clouds of points, which are pixels within the drawing
 _PIXELS_PER_INCH = 100  # on the page; so the smallest letters have 12 pixels
 _LEAST_PIXELS_PER_INCH = 80  # on a narrow one, where wide figures are scrolled
 _DIGITS = 12  # of the SHA-256
+_IN_FOLDER = re.compile(r"\{folder\}(\S*)")
 _PIXELS = re.compile(r"data:image/png;base64,\s*([A-Za-z0-9+/=\s]+)")
 _PLACES = re.compile(r' (?:d|x|y)="[^"]*"')
 _UNTURNED = re.compile(r' transform="rotate\(-?0 [^"]*"')
@@ -325,7 +329,7 @@ def write_page(page: Page, path: Path, *, overwrite: bool = False) -> Path:
     """Write a page as an HTML file, whose folder is made if it does not exist, and return it."""
     with OutputFiles(overwrite=overwrite) as outputs:
         folder = outputs.folder(path.parent, path.name)  # refused before anything is drawn
-        (folder / path.name).write_text(page_html(page), encoding="utf-8")
+        (folder / path.name).write_text(page_html(page), encoding="utf-8", newline="\n")
     return path
 
 

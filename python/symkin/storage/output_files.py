@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from tempfile import mkdtemp
+from secrets import token_hex
 from types import TracebackType
 
 from symkin.errors import SymkinError
@@ -173,7 +173,8 @@ class OutputFiles:
             self._made = missing + self._made
             folder.mkdir(parents=True, exist_ok=True)
             _sweep(folder)
-            path = Path(mkdtemp(prefix=f"{_STAGE}{os.getpid()}-", dir=folder))
+            path = folder / f"{_STAGE}{os.getpid()}-{token_hex(4)}"
+            path.mkdir()  # mkdtemp's files are their owner's alone on Windows, wherever they go
             stage = _Stage(path, folder, ExitStack())
             stage.lock.enter_context(_locked([path], wait=False))
         except OSError as error:

@@ -45,7 +45,7 @@ def write_results(
     """
     text = results_text(results)
     with OutputFiles(overwrite=overwrite) as outputs:
-        outputs.file(Path(path)).write_text(text, encoding="utf-8")
+        outputs.file(Path(path)).write_text(text, encoding="utf-8", newline="\n")
 
 
 @checks()

@@ -70,7 +70,9 @@ class Parts:
                 (folder / name).unlink(missing_ok=True)
             with OutputFiles(overwrite=True) as outputs:
                 document = {"digest": self._digest, "study": definition.name}
-                outputs.file(mark).write_text(json.dumps(document) + "\n", encoding="utf-8")
+                outputs.file(mark).write_text(
+                    json.dumps(document) + "\n", encoding="utf-8", newline="\n"
+                )
 
     @classmethod
     @contextmanager

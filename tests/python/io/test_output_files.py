@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import ast
 import os
 import signal
 import subprocess
@@ -265,7 +266,7 @@ def test_a_stage_that_another_container_holds_is_left_alone(tmp_path: Path) -> N
 # As on Windows: without what POSIX alone has, folders cannot be opened, files are locked by msvcrt,
 # and os.kill would end a process.
 _WITHOUT_LOCKS = """
-import importlib, os, pathlib, signal, sys, types
+import contextlib, importlib, os, pathlib, signal, subprocess, sys, types
 ROOMS = "acceptance", "identify", "measure", "mechanism", "protocol", "show"
 ALL = ("symkin.cluster", "symkin.show.served", *(f"symkin.cli.{room}" for room in ROOMS))
 
@@ -273,10 +274,14 @@ def import_all():
     for name in ALL:
         importlib.import_module(name)
 
-import_all()  # what it imports of others
-again = [each for each in sys.modules if each.startswith("symkin") and "_core" not in each]
-for name in (*again, "shutil"):  # which looks at what is there when it is imported
-    del sys.modules[name]
+# What it imports of others.
+told = "import importlib, sys; [importlib.import_module(each) for each in sys.argv[1:]]; " \\
+    "print(*sys.modules)"
+for name in subprocess.check_output([sys.executable, "-c", told, *ALL], text=True).split():
+    if not name.startswith("symkin"):
+        with contextlib.suppress(Exception):
+            importlib.import_module(name)
+del sys.modules["shutil"]  # which looks at what is there when it is imported
 for name in ("fcntl", "resource", "pwd", "grp", "termios", "tty", "pty", "syslog"):
     sys.modules[name] = None
 for place, names in ((os, ("fork", "getuid", "uname", "killpg", "setsid", "sched_getaffinity")),
@@ -302,9 +307,24 @@ def open_no_folder(path, *how):
         raise PermissionError(path)
     return open_file(path, *how)
 
+def unless_open(change):
+    def changed(path, *others, **how):
+        for place in map(os.path.realpath, (path, *others)):
+            for descriptor in os.listdir("/proc/self/fd"):
+                held_open = os.path.realpath(f"/proc/self/fd/{descriptor}")
+                if held_open == place or held_open.startswith(place + os.sep):
+                    raise PermissionError(13, "Permission denied", place)
+        return change(path, *others, **how)
+    return changed
+
 os.open, os.kill = open_no_folder, None
+for name in ("replace", "rename"):  # which fail there as long as a file is open
+    setattr(os, name, unless_open(getattr(os, name)))
 import_all()
 import symkin
+"""
+
+_WRITES = """
 from symkin.storage.output_files import OutputFiles, alone
 
 folder = pathlib.Path(sys.argv[1])
@@ -324,9 +344,60 @@ assert not held
 
 def test_files_are_written_where_folders_cannot_be_locked(tmp_path: Path) -> None:
     (tmp_path / ".symkin-1-abandoned").mkdir()
-    subprocess.run([sys.executable, "-c", _WITHOUT_LOCKS, tmp_path, *NAMES], check=True)
+    script = _WITHOUT_LOCKS + _WRITES
+    subprocess.run([sys.executable, "-c", script, tmp_path, *NAMES], check=True)
     assert {(tmp_path / name).read_text() for name in NAMES} == {"new"}
     assert _names(tmp_path) == [".symkin-1-abandoned", *NAMES, "lock"]
+
+
+# Text is written in one encoding, whatever is the system's.
+_COMMANDS = """
+import warnings
+warnings.filterwarnings("error", category=EncodingWarning, module="symkin")
+from symkin.cli import main
+
+def done(*words, code=0):
+    assert main([*map(str, words)]) == code, words
+
+folder = pathlib.Path(sys.argv[1])
+out, later, session = (folder / name for name in ("my out", "later", "session"))
+done("run", "3RRR", "--out", out)
+for seed in (2, 3):
+    done("simulate", "3RRR", "--plan", out / "plan.csv", "--actual", out / "actual.toml",
+         "--seed", seed, "--out", later, "--overwrite")
+done("identify", "3RRR", later / "measurements.csv", "--out", folder / "again")
+done("compare", out, folder / "again")
+device = f"symkin simulate-device 3RRR --actual '{out / 'actual.toml'}'"
+for accuracy in ("0.3mm", "0.3mm"):  # and goes on
+    done("measure", "3RRR", "--accuracy", accuracy, "--out", session, "--device", device)
+done("identify", session / "robot.toml", session / "measured.csv", "--out", folder / "guided")
+done("accept", folder / "guided", later / "measurements.csv", "--tolerance", "1mm",
+     "--out", folder / "certificate")
+assert not held
+for path in folder.rglob("*"):
+    assert not path.name.startswith((".symkin-", "symkin-unfinished-")), path
+    assert path.is_dir() or b"\\r" not in path.read_bytes() or path.suffix == ".html", path
+"""
+
+
+def test_commands_do_without_what_posix_alone_has(tmp_path: Path) -> None:
+    script = _WITHOUT_LOCKS + _COMMANDS
+    told = subprocess.run(
+        [sys.executable, "-X", "warn_default_encoding", "-c", script, tmp_path],
+        capture_output=True,
+        text=True,
+    )
+    assert told.returncode == 0, told.stderr
+
+
+def test_texts_are_written_alike_on_every_system() -> None:
+    package = Path(symkin.__file__).parent
+    for path in package.rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            called = ast.unparse(node.func) if isinstance(node, ast.Call) else ""
+            if called.endswith(".write_text") and not called.startswith("formatter."):
+                given = {each.arg for each in node.keywords}
+                assert given >= {"encoding", "newline"}, f"{path}:{node.lineno}"
 
 
 def test_writers_at_the_same_time_leave_the_files_of_one(tmp_path: Path) -> None:
