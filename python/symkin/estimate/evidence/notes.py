@@ -33,7 +33,10 @@ _TARGET = "target"
 def notes_of(
     found: Found, heights: Heights | None, doubts: Sequence[Doubt], *, complete: bool
 ) -> Iterator[Note]:
-    """Say what to know of an estimate, and of the settings of its mechanism."""
+    """Say what to know of an estimate, and of the settings of its mechanism.
+
+    What may make all of it another robot's comes first: a screen has room for few.
+    """
     if not complete:
         yield Note("search-cut-short")
     for words in found.measurements.notes:
@@ -41,6 +44,13 @@ def notes_of(
     if found.mechanism.open_coordinates:
         words = left_to_gravity(found.mechanism)
         yield Note("left-to-gravity", figures={"words": words[0].upper() + words[1:]})
+    orders = [
+        ", ".join(str(leg + 1) for leg in order)
+        for order in _exchanges(found, heights is not None, doubts)
+    ]
+    if orders:
+        words = " or ".join(dict.fromkeys(orders))
+        yield Note("legs-interchangeable", figures={"orders": words})
     yield from _held_as_exact(found)
     if found.converged and not doubts:
         yield from notes_of_the_unseen(found)
@@ -60,13 +70,6 @@ def notes_of(
         yield Note("rows-unguarded", rows=rows, figures={"which": which})
     if found.noise_is_estimated:
         yield Note("noise-estimated")
-    orders = [
-        ", ".join(str(leg + 1) for leg in order)
-        for order in _exchanges(found, heights is not None, doubts)
-    ]
-    if orders:
-        words = " or ".join(dict.fromkeys(orders))
-        yield Note("legs-interchangeable", figures={"orders": words})
     if found.mechanism.curvature is not None:
         yield Note("sensors-curved")
     if found.rejected and not found.legs:
