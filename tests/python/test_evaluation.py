@@ -142,6 +142,17 @@ def test_the_instrument_contributes_the_noise_of_poses_and_of_readings(name):
         )
 
 
+def test_errors_of_a_model_that_reaches_no_reading_are_not_said_to_be_noise(paper):
+    taken = symkin.simulate(paper, paper.plan(10), 1).measurements
+    gain = paper.parameter_names.index("sensor_gain")
+    parameters = paper.parameters.copy()
+    parameters[:, gain] = 5e-324
+    told = symkin.evaluate(paper.with_parameters(parameters), measurements=taken)
+    assert told.instrument is None
+    page = page_of(told)
+    assert (page.verdict, page.judgement) == ("", "")
+
+
 def test_what_a_sound_calibration_leaves_is_told_and_not_doubted(paper):
     plan = symkin.make_plan(paper, symkin.sample_workspace(paper, 1000, 1), seed=1)
     verdicts = []

@@ -462,7 +462,10 @@ def at_arm(differences: Array, poses: Array, arm: Array, space: PoseSpace) -> tu
 def _instrument(
     model: Mechanism, measurements: Measurements, arm: Array
 ) -> dict[str, float] | None:
-    """What the declared noise of measured poses and of readings contributes."""
+    """What the declared noise contributes, of measured poses and of readings.
+
+    None where that is not known: noise that is exact, or a model that does not reach the readings.
+    """
     space, noise, seen = model.space, model.noise, measurements.poses[:, : model.space.size]
     if measurements.points is not None and np.isnan(seen).all():
         seen = measurements.points.reshape(-1, space.size)
@@ -474,6 +477,8 @@ def _instrument(
     # A mean needs no more rows; a pseudoinverse for each of many takes seconds.
     some, straight = thinned(np.arange(len(measurements.poses))), model.replace(curvature=None)
     poses, taken = straight.forward_kinematics(model.straightened(measurements.readings[some]))
+    if not taken.any():
+        return None
     there = np.broadcast_to(arm, (int(taken.sum()), 3)) if arm.any() else None
     by_readings = variances_by_readings(
         straight, measurements.subset(some[taken]), poses[taken], noise.reading, there

@@ -109,7 +109,11 @@ def test_a_sign_is_named_though_sessions_would_give_the_solver_another_way_to_it
     taken = symkin.simulate(paper, own, 0).measurements.for_all_legs()
     signs, sessions = np.array([-1, 1, 1]), np.repeat([1, 2], 20)
     wrong = dataclasses.replace(taken, readings=taken.readings * signs, sessions=sessions)
-    (told, *_) = symkin.identify(paper, wrong, noise=noise).doubts
+    # Whether an estimate of the noise ends beside such readings is a matter of rounding.
+    try:
+        (told, *_) = symkin.identify(paper, wrong, noise=noise).doubts
+    except symkin.SymkinError as error:
+        told = error.likely_cause
     assert (told.code, told.legs) == ("opposite-sign", (0,))
 
 
