@@ -1,8 +1,12 @@
 # SPDX-License-Identifier: MIT
-"""Running many hostile command lines in this process, for as long as the suite may take."""
+"""Running many hostile command lines in this process: a sixth of them, always the same.
+
+With SYMKIN_FUZZ_SECONDS all of them, as many as fit into so long.
+"""
 
 from __future__ import annotations
 
+import math
 import os
 import random
 import time
@@ -16,9 +20,9 @@ import pytest
 
 from symkin.cli import main
 
-# Of all command lines together; a longer time runs those that are left out otherwise.
-_SECONDS = float(os.environ.get("SYMKIN_FUZZ_SECONDS", "40"))
+_SECONDS = float(os.environ.get("SYMKIN_FUZZ_SECONDS", "0"))
 _KINDS = 4
+_SHARE = 6
 _CODES = {0, 1, 2, 130, 141}
 _LONGEST = 500
 
@@ -66,13 +70,15 @@ def survive(
     capfd: pytest.CaptureFixture[str],
     record_property: Callable[[str, object], None],
 ) -> Callable[[Sequence[Case]], None]:
-    """Runs cases in an order that is always the same, until the time is over."""
+    """Runs cases in an order that is always the same."""
 
     def survive(cases: Sequence[Case]) -> None:
         monkeypatch.chdir(tmp_path)
         order = list(cases)
         random.Random(1).shuffle(order)
-        end = time.monotonic() + _SECONDS / _KINDS
+        if not _SECONDS:
+            order = order[: len(order) // _SHARE]
+        end = time.monotonic() + (_SECONDS / _KINDS or math.inf)
         faults, count = [], 0
         for case in order:
             if time.monotonic() > end:
