@@ -72,7 +72,9 @@ def closure_rows(found: Found) -> Rows:
         for number, leg in enumerate(_legs(found)):
             alone = np.linalg.solve(leg.left_open, leg.white[..., None])
             alone = np.where(leg.kept[:, None, None], alone, leg.white[..., None])
-            t = leg.white / np.sqrt(np.diagonal(leg.left_open, axis1=1, axis2=2))
+            left = np.diagonal(leg.left_open, axis1=1, axis2=2)
+            # A pose that alone decides a parameter leaves nothing, and by rounding less.
+            t = leg.white / np.sqrt(np.where(left > 0, left, np.nan))
             blunder = (leg.half @ alone)[..., 0]
             parts.append(np.stack([leg.residual, t, blunder]).reshape(3, -1))
             pose.append(np.repeat(leg.rows, found.mechanism.closures))

@@ -93,7 +93,10 @@ class Option:
         names = ("__index__",) if whole else ("__index__", "__float__")
         is_number = any(hasattr(value, each) for each in names) and not isinstance(value, bool)
         if is_number and not hasattr(value, "__len__"):  # as arrays have
-            number = float(value)  # type: ignore[arg-type]
+            try:
+                number = float(value)  # type: ignore[arg-type]
+            except OverflowError:  # of a whole number with hundreds of digits
+                number = math.inf
             low = -math.inf if self.least is None else self.least
             high = math.inf if self.most is None else self.most
             if low <= number <= high and math.isfinite(number):

@@ -30,11 +30,12 @@ _MOST_BYTES = 1_000_000
 _CLOSINGS, _MOST_LINES = ("", "]", "]]", "]]]"), 200
 Schema = dict[str, Any]
 Sign = Literal["any", "positive", "not negative", "not zero"]
+_LEAST = 1e-100  # in any unit: less is zero to whoever divides by its square
 _ACCEPTS: dict[Sign, Callable[[float], bool]] = {
     "any": math.isfinite,
-    "positive": lambda value: value > 0,
+    "positive": lambda value: value > _LEAST,
     "not negative": lambda value: value >= 0,
-    "not zero": lambda value: value != 0,
+    "not zero": lambda value: abs(value) > _LEAST,
 }
 
 
