@@ -269,6 +269,12 @@ def translating(robot: symkin.Mechanism) -> bool:
     return robot.space.size > 1
 
 
+def mistyped(robot: symkin.Mechanism, values: Any, random: np.random.Generator) -> Any:
+    """One position of one row without its decimal point."""
+    values[random.integers(len(values)), random.integers(robot.space.size)] *= 1e3
+    return values
+
+
 def exchanged_legs(_: symkin.Mechanism, values: Any, __: object) -> Any:
     """The columns of legs 1 and 2."""
     values[:, [0, 1]] = values[:, [1, 0]]
@@ -313,6 +319,9 @@ EDITS: Mapping[str, Corruption] = {
     ),
     "roll, pitch, yaw in reversed order": Corruption(
         oriented(lambda q: turned(roll_pitch_yaw(q), (2, 1, 0))), CONVENTION, spatial
+    ),
+    "a position mistyped": Corruption(
+        poses(mistyped), ("rows-far-off", "gross-errors", "rows-in-another-unit"), translating
     ),
     "poses of the other end": Corruption(
         poses(of_other_end), CONVENTION, lambda r: r.space.moves and r.space.turns

@@ -71,6 +71,11 @@ CAUSES: Mapping[str, Code] = {
         "give all of them in {usual}",
         {"what": "the positions", "usual": "metres"},
     ),
+    "rows-far-off": Code(
+        "{which} {be} far from what the drawing and the other rows say of {it}, as where a digit "
+        "or a sign is mistyped",
+        "put {it} right, or leave {it} out",
+    ),
     "rows-out-of-order": Code("{what}", "take the file as it was: only whole rows may be sorted"),
     "frame-not-as-drawn": Code(
         "{whose}{evidence}: {moved}turned by about {angle:.3g} degrees",

@@ -282,6 +282,8 @@ def _judged(stated: Correction, listed: ShortList, shaped: Shaped) -> tuple[Hypo
         still = tuple(framed) if "columns-exchanged" in own else ()
     corrections += _looked_through(stated, still, _LOOKS)
     poses, steps = SECOND
+    if any(each.left_out for each in corrections):  # of which few poses may have none
+        poses = len(stated.measurements.poses)
     tried = [(each, each.some(poses).fit(steps)) for each in corrections]
     rivals = _rivals(tried)
     tables = {each.key: each.measurements for each in rivals}
@@ -345,10 +347,16 @@ def _learnt(correction: Correction) -> Mechanism:
 def _looked_through(
     stated: Correction, corrections: Iterable[Correction], looks: Sequence[tuple[int, ...]]
 ) -> list[Correction]:
-    """The best after looks at few poses, and then at more, the best first."""
+    """The best after looks at few poses, and then at more, the best first.
+
+    And what leaves rows out: few poses may have none of these.
+    """
     told = observed_count(stated.measurements) - stated.mechanism.space.dof
     enough = math.ceil(_TESTS / max(float(told.mean()), _TESTS / _LOOKS[-1][0]))
-    best = list(corrections)
+    every = list(corrections)
+    best, without = (
+        [each for each in every if bool(each.left_out) == some] for some in (False, True)
+    )
     for number, framed, steps, followed in looks:
         if len(best) <= followed:
             continue
@@ -360,7 +368,7 @@ def _looked_through(
         least = min((value for value, _ in kept), default=math.inf)
         most = _HOPELESS * max(least, 1.0) if least < LITTLE else math.inf
         best = [each for value, each in kept if value <= most]
-    return best
+    return [*best, *without]
 
 
 def _as_stated(stated: Correction, corrected: Sequence[_core.JointFit]) -> _core.JointFit | None:
@@ -393,7 +401,10 @@ def _explains(
     explain; but not by that alone (`weak`) if it leaves residuals of a shape that no parameter
     gives them. What explains only a part must leave so much less of the measurements: a robot that
     shrinks until nothing matters is as little worse than any nonsense as its tolerances make it.
+    Rows that are set aside, and no longer are, were not explained.
     """
+    if as_stated and len(fit.aside) < len(as_stated.aside):
+        as_stated = None
     stated = as_stated.goodness if as_stated and as_stated.converged else None
     if stated and stated.chi_square <= stated.limit:  # there is nothing to explain
         return False
@@ -410,17 +421,21 @@ def _explains(
 
 def _rivals(tried: Iterable[tuple[Correction, _core.JointFit | None]]) -> list[Correction]:
     """The best correction, and those that the data do not tell from it; none if these are many."""
+    # A row that is left out, or that no pose explains, explains itself as well as any other number.
     found = [
-        (each, fit.goodness.chi_square, per_degree(fit))
+        (each, fit.goodness.chi_square + BETTER * (each.left_out + len(fit.aside)), fit)
         for each, fit in tried
         if fit and per_degree(fit) > _TOO_GOOD
     ]
     if not found:
         return []
-    _, least, share = min(found, key=lambda each: each[1])
+    _, least, best = min(found, key=lambda each: each[1])
     # Where the model lacks something, all are worse by as much.
     found.sort(key=lambda each: each[1])
-    near = [each for each, value, _ in found if value <= least + BETTER * max(share, 1.0)]
+    most = least + BETTER * max(per_degree(best), 1.0)
+    near = [
+        each for each, value, fit in found if value <= most and len(fit.aside) <= len(best.aside)
+    ]
     fewest = min(each.wide for each in near)
     near = [each for each in near if each.wide == fewest and not _is_wider(each, near)]
     # Rows in another order can do much that is done by less.

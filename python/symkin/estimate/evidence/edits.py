@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from symkin import _core
 from symkin.analysis.workspace import best_homes
 from symkin.errors import SymkinError, named_legs
+from symkin.estimate.evidence.far_rows import without_far_rows
 from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.evidence.frames import frame_doubt, only, with_frames
 from symkin.estimate.evidence.measured import with_modes
@@ -46,7 +47,15 @@ _FACTORS = {
 
 def corrections_of(stated: Correction) -> Iterator[Correction]:
     """Give one correction at a time, of every kind in turn, should not all be tried."""
-    rarer = (rarer_edits, edits_of_rows, _one_frame, _sensors, _held_factors, _all_free)
+    rarer = (
+        without_far_rows,
+        rarer_edits,
+        edits_of_rows,
+        _one_frame,
+        _sensors,
+        _held_factors,
+        _all_free,
+    )
     kinds = [kind(stated) for kind in (*_KINDS, *rarer)]
     for each in itertools.zip_longest(*kinds):
         yield from (correction for correction in each if correction is not None)

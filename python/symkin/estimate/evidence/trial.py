@@ -104,7 +104,7 @@ class Statement:
 
 
 class Correction(NamedTuple):
-    """What to fit instead; `wide` counts unknowns besides.
+    """What to fit instead; `wide` counts unknowns besides, `left_out` rows that it does without.
 
     `again` makes the same correction by a robot that is better known than the drawing; None where
     it does not depend on the robot, or there is nothing to correct.
@@ -115,6 +115,7 @@ class Correction(NamedTuple):
     measurements: Measurements
     wide: int = 0
     again: Callable[[Mechanism], Correction | None] | None = None
+    left_out: int = 0
 
     @property
     def mechanism(self) -> Mechanism:

@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: MIT
+"""Numbers that were mistyped: their rows are named, whatever they do to the estimate."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+import symkin
+from symkin.estimate.evidence.far_rows import without_far_rows
+from symkin.estimate.evidence.trial import Correction, Statement
+from symkin.estimate.options import EstimateOptions
+
+WAYS = {
+    "implicit": {},
+    "joint": {"estimator": "joint"},
+    "prior": {"prior": "tolerances"},
+    "frames": {"frames": ["base", "target"]},
+}
+
+
+@pytest.fixture(scope="module", params=["3RRR", "3RPS"])
+def robot(request):
+    return symkin.load_mechanism(request.param)
+
+
+@pytest.fixture(scope="module")
+def taken(robot):
+    return robot.simulate(robot.plan(seed=1), seed=1).measurements
+
+
+def spoilt(taken, row, column, value, name="poses"):
+    values = np.array(getattr(taken, name))
+    values[row, column] = value
+    return dataclasses.replace(taken, **{name: values})
+
+
+def cause_of(robot, taken, **asked):
+    try:
+        return symkin.identify(robot, taken, **asked).doubts[0]
+    except symkin.SymkinError as error:
+        return error.likely_cause
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("value", [50.0, 5000.0])
+def test_a_position_without_its_decimal_point_is_named(robot, taken, way, value):
+    cause = cause_of(robot, spoilt(taken, 4, 1, value), **WAYS[way])
+    assert (cause.code, cause.rows) == ("rows-far-off", (int(taken.row_numbers[4]),))
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_a_reading_without_its_decimal_point_is_named(robot, taken, way):
+    cause = cause_of(robot, spoilt(taken, 4, 0, 99.0, "readings"), **WAYS[way])
+    assert cause.code in ("rows-far-off", "gross-errors")
+    assert cause.rows == (int(taken.row_numbers[4]),)
+
+
+def test_the_number_is_told_with_what_the_drawing_has(robot, taken):
+    cause = cause_of(robot, spoilt(taken, 4, 1, 50.0), prior="tolerances")
+    place, by_drawing = cause.words.split("(")[1].split(")")[0].split(", by the drawing ")
+    assert place == "y: 50"
+    assert float(by_drawing) == pytest.approx(taken.poses[4, 1], abs=0.01)
+
+
+def test_without_the_row_the_estimate_is_sound(robot, taken):
+    found = symkin.identify(robot, spoilt(taken, 4, 1, 0.5), prior="tolerances")
+    assert [doubt.code for doubt in found.doubts] == ["rows-far-off"]
+    rest = found.corrected
+    assert len(rest) == len(taken) - 1
+    assert taken.row_numbers[4] not in rest.row_numbers
+    assert symkin.identify(robot, rest, prior="tolerances").trustworthy
+
+
+def test_several_rows_are_named_together(robot, taken):
+    wrong = spoilt(spoilt(spoilt(taken, 2, 0, 7.0), 9, 1, -30.0), 14, 0, 99.0, "readings")
+    cause = cause_of(robot, wrong, estimator="joint")
+    assert cause.code == "rows-far-off"
+    assert cause.rows == tuple(taken.row_numbers[[2, 9, 14]].tolist())
+
+
+def corrections(robot, taken, **asked):
+    options = EstimateOptions("joint", **asked)
+    return list(without_far_rows(Correction(lambda _: None, Statement(robot, options), taken)))
+
+
+def test_too_many_rows_are_no_single_mistakes(robot, taken):
+    third = np.arange(len(taken)) % 3 == 0
+    cause = cause_of(robot, spoilt(taken, third, 1, 50.0))
+    assert cause is None or cause.code != "rows-far-off"
+
+
+def test_rows_are_as_far_off_wherever_the_device_stands(robot, taken):
+    wrong = spoilt(taken, 4, 1, 50.0)
+    moved = spoilt(wrong, slice(None), 0, wrong.poses[:, 0] + 3.0)
+    asked = {"frames": ("base",)}
+    first, second = corrections(robot, wrong, **asked), corrections(robot, moved, **asked)
+    assert [each.cause.rows for each in first] == [each.cause.rows for each in second]
+    assert (int(taken.row_numbers[4]),) in [each.cause.rows for each in first]
