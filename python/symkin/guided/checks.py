@@ -5,10 +5,11 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.estimate.conflict import LIMIT
@@ -17,14 +18,26 @@ from symkin.estimate.evidence.changes import change_tests
 from symkin.model.mechanism import Mechanism
 from symkin.values import Value, record
 
-__all__ = ["Verdict", "edits_of", "judged", "slipped_from", "tolerances_factor"]
+__all__ = [
+    "Verdict",
+    "edits_of",
+    "explains",
+    "judged",
+    "slipped_from",
+    "steady_legs",
+    "tolerances_factor",
+    "worst_row",
+]
 
-_TOLD = 17  # rows from which on the drawing can be doubted
+_TOLD = 17  # rows from which on no single one can spoil the comparison with the drawing
+_FARTHEST = 10.0  # times the tolerances: where fewer rows say so they are in another unit, rather
 _FALSE = 0.01  # sessions in which a sound row is doubted
 _FEWEST = 60  # rows of a session, at least, that share these
 _OLDER = 5  # times rarer is a row doubted that was not when it came
 _SLIPPED = 12  # rows, at least, before a slip is looked for
 _SLIP = 0.1  # of the limit of the tests for changes, since they are made after every row
+_NO_STEP = 0.01  # probability of what legs that have not slipped seem to, or more
+_STEP = 1e-4  # and of those that have
 _DEGREES = math.pi / 180
 
 
@@ -72,12 +85,65 @@ class Verdict(Value):
         return self.doubtful is None and self.slipped is None
 
 
-def tolerances_factor(estimate: Estimate[Any], rows: int) -> float:
-    """By how much the tolerances are too small, once that is plain; else 1."""
-    conflict = estimate.conflict
-    if rows < _TOLD or conflict is None or conflict.p_large > LIMIT:
+def tolerances_factor(
+    estimate: Estimate[Any], rows: int, others: Callable[[], Iterable[Estimate[Any] | None]]
+) -> float:
+    """By how much the tolerances are too small, once that is plain; else 1.
+
+    Of few rows it is only if `others`, estimates without those that may be wrong, say so too.
+    """
+    if not _beyond(estimate):
         return 1.0
-    return math.sqrt(conflict.ratio)
+    assert estimate.conflict is not None
+    factor = math.sqrt(estimate.conflict.ratio)
+    if rows < _TOLD and not (factor < _FARTHEST and all(map(_beyond, others()))):
+        return 1.0
+    return factor
+
+
+def explains(estimate: Estimate[Any] | None) -> bool:
+    """Whether the robot is within its drawing's tolerances, by an estimate that could be made."""
+    return estimate is not None and not _beyond(estimate)
+
+
+def _beyond(estimate: Estimate[Any] | None) -> bool:
+    conflict = None if estimate is None else estimate.conflict
+    return conflict is not None and conflict.p_large <= LIMIT
+
+
+def worst_row(estimate: Estimate[Any]) -> int | None:
+    """The place, among the rows of an estimate, of the one that differs most from the others."""
+    influence = estimate.influence
+    if influence is None or not np.isfinite(influence.residual).any():
+        return None
+    return int(np.nanargmax(np.square(influence.residual) * estimate.conditions))
+
+
+def steady_legs(estimate: Estimate[Any], step: str, *, last: bool) -> tuple[str, ...]:
+    """The steps of all legs but the one that has slipped, if it is plain that one alone has.
+
+    And of that one too if the step is not the `last` and nothing speaks for it: it was elsewhere.
+    """
+    names = [name for name in estimate.names if name.endswith(f".{step}")]
+    if len(names) < 2:
+        return ()
+    places = np.array([estimate.names.index(name) for name in names])
+    values = {each.name: each.value for each in estimate.unknowns}
+    sizes = np.array([values[name] for name in names])
+    covariance = estimate.covariance[np.ix_(places, places)]
+
+    def chance_of(held: NDArray[np.bool_]) -> float:
+        square = sizes[held] @ np.linalg.solve(covariance[np.ix_(held, held)], sizes[held])
+        return float(_core.chi_square_tail(float(square), int(held.sum())))
+
+    legs = np.arange(len(names))
+    if not last and chance_of(legs >= 0) > _NO_STEP:
+        return tuple(names)
+    chances = [chance_of(legs != leg) for leg in legs]
+    moved = [leg for leg, chance in enumerate(chances) if chance > _STEP]
+    if len(moved) != 1 or chances[moved[0]] < _NO_STEP:
+        return ()
+    return tuple(name for leg, name in enumerate(names) if leg != moved[0])
 
 
 def judged(

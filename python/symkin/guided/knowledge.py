@@ -9,12 +9,21 @@ from collections.abc import Iterator, Mapping
 from typing import Any, Literal
 
 from symkin import _core
-from symkin.data.tries import DROPPED, LINK
+from symkin.data.tries import DROPPED, LINK, STATUS
 from symkin.errors import SymkinError
 from symkin.estimate.estimate import Estimate
 from symkin.estimate.identification import identify
 from symkin.estimate.precision import expected_over
-from symkin.guided.checks import Verdict, edits_of, judged, slipped_from, tolerances_factor
+from symkin.guided.checks import (
+    Verdict,
+    edits_of,
+    explains,
+    judged,
+    slipped_from,
+    steady_legs,
+    tolerances_factor,
+    worst_row,
+)
 from symkin.guided.choosing import not_known
 from symkin.guided.tries_table import KEPT, SLIPPED, TriesTable
 from symkin.model.mechanism import Mechanism
@@ -104,16 +113,38 @@ class Knowledge:
             self._verdicts[count] = self._judged(count, rows, len(rows) + planned)
         return self._verdicts[count]
 
-    def _by(self, count: int, without: tuple[int, ...] = ()) -> Known:
-        slipped = self._table.said(SLIPPED, upto=count)
-        steps = tuple(str(self._table.place(number) + 2) for number in slipped)
+    def _by(
+        self,
+        count: int,
+        without: tuple[int, ...] = (),
+        *,
+        factor: float | None = None,
+        slipped: int | None = None,
+    ) -> Known:
+        """By the first lines `without` some, by default with the tolerances times what they need.
+
+        As if a line had said that something has `slipped` at the row of that number.
+        """
+        said = [*self._table.said(SLIPPED, upto=count), *([] if slipped is None else [slipped])]
+        steps = tuple(str(self._table.place(number) + 2) for number in said)
         robot = self._with(step=steps) if steps else self._robot
         try:
             measured = self._table.measurements(robot, count, without)
             if measured is None or len(measured.poses) < self._least:
                 return Known(robot)
             found = identify(robot, measured, **self._how)
-            factor = tolerances_factor(found, len(measured.poses))
+            steady = tuple(
+                name
+                for row in steps
+                for name in steady_legs(found, f"step{row}", last=row == max(steps, key=int))
+            )
+            if steady:
+                robot = self._with(step=steps, fixed=(*self._fixed, *steady))
+                found = identify(robot, measured, **self._how)
+            if factor is None:
+                factor = tolerances_factor(
+                    found, len(measured.poses), lambda: self._others(found, count, without)
+                )
             if factor > 1:
                 tolerances = {
                     name: factor * value for name, value in vars(robot.tolerances).items()
@@ -125,6 +156,21 @@ class Knowledge:
         if not found.converged:
             return Known(robot, failure=found.failure)
         return Known(robot, found, tolerances=factor)
+
+    def _others(
+        self, found: Estimate[Any], count: int, without: tuple[int, ...]
+    ) -> Iterator[Estimate[Any] | None]:
+        """Estimates without the last row, and without the one that differs most."""
+        rows = [each for each in self._table.counting if each < count and each not in without]
+        worst = worst_row(found)
+        for place in dict.fromkeys((rows[-1], rows[-1 if worst is None else worst])):
+            others = (*without, *self._table.together(place))
+            yield self._by(count, others, factor=1.0).estimate
+
+    @property
+    def _fixed(self) -> tuple[str, ...]:
+        settings = self._robot.identification
+        return () if settings is None or settings.fixed is None else settings.fixed
 
     def _with(self, **changes: Any) -> Mechanism:
         settings = self._robot.identification
@@ -140,9 +186,11 @@ class Knowledge:
         again, kept = self._table.lines[last]["repeat_of"], set(self._table.said(KEPT, SLIPPED))
         decided = ""
         if again.isdigit() and int(again) in numbers and not {int(again), numbers[-1]} & kept:
-            decided = self._decided(count, self._table.place(int(again)), last, planned)
+            decided = self._decided(known, count, self._table.place(int(again)), last, planned)
         if decided:
-            return Verdict(numbers[-1], math.nan, int(again), decided=decided)
+            return Verdict(
+                numbers[-1], math.nan, int(again), tolerances=known.tolerances, decided=decided
+            )
         if known.estimate is None:
             for place in rows[: -_LOOKED_AT - 1 : -1]:
                 before = self._by(count, together(place))
@@ -150,24 +198,54 @@ class Knowledge:
                     number = self._table.number(place)
                     return self._explained(Verdict(numbers[-1], math.inf, number), count, before)
             return Verdict(numbers[-1], math.nan)
-        shaken = bool(self._table.said(KEPT)) and not self._table.said(SLIPPED)
+        # What a repeat has shown of the robot may have been that it is not as it was drawn.
+        shaken = known.tolerances == 1 and KEPT in self._said_since_a_slip()
         off, doubtful, size = judged(known.estimate, numbers, planned, kept)
         made = Verdict(numbers[-1], off, doubtful, size, tolerances=known.tolerances)
         if doubtful is not None and not shaken:
             before = self._by(count, together(self._table.place(doubtful)))
             return self._explained(made, count, before)
-        slipped = slipped_from(known.estimate, shaken=shaken or again.isdigit())
-        first = None if slipped is None else self._table.number(slipped - 2)
-        return dataclasses.replace(made, doubtful=None, slipped=first)
+        slipped = self._slipped(known, count, shaken=shaken or again.isdigit())
+        return dataclasses.replace(made, doubtful=None, slipped=slipped)
 
-    def _decided(self, count: int, place: int, again: int, planned: int) -> str:
+    def _said_since_a_slip(self) -> list[str]:
+        said = [line[STATUS] for line in self._table.lines]
+        slips = [place for place, each in enumerate(said) if each == SLIPPED]
+        return said[slips[-1] :] if slips else said
+
+    def _slipped(self, known: Known, count: int, *, shaken: bool) -> int | None:
+        """The number of the row from which on there is a step, if one is plain.
+
+        What has slipped looks like a robot beyond its tolerances, too: rather than these it is a
+        step if the robot is within them with one.
+        """
+
+        def number_of(estimate: Estimate[Any] | None) -> int | None:
+            line = None if estimate is None else slipped_from(estimate, shaken=shaken)
+            return None if line is None else self._table.number(line - 2)
+
+        found = number_of(known.estimate)
+        if found is None and known.tolerances > 1 and not self._table.said(SLIPPED):
+            found = number_of(self._by(count, factor=1.0).estimate)
+            if found is not None:
+                stepped = self._by(count, factor=1.0, slipped=found).estimate
+                return found if explains(stepped) else None
+        return found
+
+    def _decided(self, known: Known, count: int, place: int, again: int, planned: int) -> str:
         """Whether a row that was doubted is wrong, now that its pose was measured again."""
         alone, repeated = self._table.together(place), self._table.together(again)
-        first = self._by(count, repeated)
+        first = self._by(count, repeated, factor=known.tolerances)
         rows = [each for each in self._table.counting if each not in repeated]
-        if first.estimate is not None:
-            numbers = [self._table.number(each) for each in rows]
-            if judged(first.estimate, numbers, planned, set())[1] != self._table.number(place):
+        if first.estimate is not None and known.estimate is not None:
+            doubted = {
+                judged(found, [self._table.number(each) for each in of], planned, set())[1]
+                for found, of in (
+                    (first.estimate, rows),
+                    (known.estimate, self._table.counting),
+                )
+            }
+            if self._table.number(place) not in doubted:
                 return ""
         fits = self._fits(self._by(count, alone), count, (*alone, *repeated))
         return "row" if fits else "robot"

@@ -36,6 +36,7 @@ _CLOSING, _MOST_CLOSING = 2, 4  # of the first poses, measured again in the end;
 _FRESH = 2  # rows that may follow these, before they are measured once more
 TABLE, ROBOT = "measured.csv", "robot.toml"
 _UNCOUNTED: Failure = "skipped"  # of failures: nothing speaks against poses nearby
+_LEFT_OUT = (_UNCOUNTED, "avoid")  # which nobody tried
 
 
 @record
@@ -82,7 +83,10 @@ class Progress(Value):
     repaired : bool
         Whether rows were dropped or put right, or something slipped.
     reached : bool
-        Whether that is what was wanted, and the first poses were measured again since.
+        Whether that is what was wanted, the first poses were measured again since, and nothing is
+        doubtful.
+    undecided : bool
+        Whether nothing else is missing than a decision about what is doubtful.
     more : int
         Rows that are needed besides, as far as can be told.
     closing : int
@@ -107,6 +111,7 @@ class Progress(Value):
     confidence: float
     repaired: bool
     reached: bool
+    undecided: bool
     more: int
     closing: int
     degrees: float
@@ -129,6 +134,8 @@ class Session:
         What is wanted.
     folder : Path or None
         Where ``measured.csv``, ``robot.toml`` and ``session.json`` are; None in memory.
+    noise : "estimate" or None
+        Whether the noise is estimated with the unknowns; None: it is the robot's.
     """
 
     def __init__(
@@ -140,7 +147,7 @@ class Session:
         noise: Literal["estimate"] | None,
     ) -> None:
         self.folder, self.target = folder, chooser.target
-        self._chooser, self._noise, self._written = chooser, noise, robot
+        self._chooser, self.noise, self._written = chooser, noise, robot
         self._format = RowFormat(robot, observed.observed)
         # Frames that nobody knows take as many conditions before anything can be fitted.
         conditions = int(observed.rows(chooser.candidates[0]).any(axis=2).sum())
@@ -174,13 +181,14 @@ class Session:
 
     def asked(self) -> Ask:
         """Return the pose to measure now, even if what is known is enough."""
-        repeating = self._repeating
+        repeating, closing = self._repeating, None
         if not repeating and self.progress.closing:
-            repeating = self._unchecked()[0]
+            repeating, *left = self._unchecked()
+            closing = self._poses_of(left)
         if not (repeating or self._chooser.planned):
             self._plan(len(self._table.lines))
         row = len(self._table.lines) + 1
-        ahead, again = self._chooser.ahead, None
+        ahead, again = self._chooser.ahead if closing is None else closing, None
         if repeating:
             again, *more = repeating
             poses = [self._pose_of(self._table.place(each)) for each in (again, *more)]
@@ -411,7 +419,7 @@ class Session:
         known = self._now
         bounds, failure = self._knowledge.bounds(known, self.confidence)
         degrees = math.inf
-        if self._noise == "estimate":
+        if self.noise == "estimate":
             found = known.estimate
             degrees = 0.0 if found is None else max(found.degrees_of_freedom, 0.0)
         wanted = self.target.wanted
@@ -430,15 +438,20 @@ class Session:
             )
         if not (self._chooser.planned or closing or never):
             self._plan(len(self._table.lines))
+        enough = reached and not unchecked
+        verdict = self.verdict if enough else None
+        undecided = verdict is not None and not verdict.fine
+        failed = [each for each in self._table.standing if self._table.is_failed(each)]
         return Progress(
             rows=len(self._table.counting),
-            failed=sum(map(self._table.is_failed, self._table.standing)),
+            failed=sum(self._table.lines[each][STATUS] not in _LEFT_OUT for each in failed),
             position_bound=bounds["position"],
             orientation_bound=bounds["orientation"],
             confidence=self.confidence,
             repaired=known.repaired,
-            reached=reached and not unchecked,
-            more=unchecked + (0 if closing else self._chooser.more),
+            reached=enough and not undecided,
+            undecided=undecided,
+            more=unchecked + (0 if closing or never else max(self._chooser.more, 1)),
             closing=unchecked if closing else 0,
             degrees=degrees,
             never=never,
@@ -531,7 +544,7 @@ class Session:
                 known = all(each is not None for each in group)
                 self._chooser.take(np.array(group) if known else None)
         elif pose is not None:
-            counts = status not in (_UNCOUNTED, "avoid")
+            counts = status not in _LEFT_OUT
             self._chooser.fail(pose, counts=counts, avoid=status == "avoid")
 
     def _pose_of(self, place: int) -> Array | None:

@@ -68,6 +68,7 @@ def obeyed(session: Session, line: str) -> str:
             return "The second failure there: a leaves the region out."
     elif key == "a":
         session.avoid()
+        return "No pose like that one is asked for any more."
     elif key in ("r", *_DECIDING):
         _decide(session, key)
     elif key == "u":

@@ -16,6 +16,8 @@ from symkin.errors import few, unknowns_by_name
 from symkin.guided import Ask, Progress, Session, Verdict
 from symkin.guided.session import LEAST_DEGREES, ROBOT, TABLE
 from symkin.model.file_frames import as_drawn
+from symkin.options import OPTIONS
+from symkin.shell import typed_word
 from symkin.show.units import on_paper
 from symkin.show.wording import milli, percent, plural, significant
 
@@ -47,9 +49,11 @@ def progress_text(session: Session, progress: Progress) -> str:
         bound = getattr(progress, f"{kind}_bound")
         now = milli(bound, unit) if math.isfinite(bound) else _UNKNOWN_MORE
         parts.append(f"{kind} {now} of {milli(wanted, unit)}")
-    more = "" if progress.reached or progress.never else f", some {progress.more} more"
+    more = "" if progress.reached or progress.never else f", {_more(progress)}"
     if progress.closing:
-        more = f", enough with the first poses again, {progress.closing} more, which show a slip"
+        more = f", enough with {progress.closing} of the first poses again (a slip would show)"
+    if progress.undecided:
+        more = ", enough once it is decided what does not fit"
     failed = f", {progress.failed} failed" if progress.failed else ""
     done = progress.rows + (0 if progress.reached else progress.more)
     full = round(_BAR * progress.rows / max(done, 1))
@@ -62,6 +66,10 @@ def progress_text(session: Session, progress: Progress) -> str:
             f"[{bar}]  what {share} of such robots keep{repaired}",
         ]
     )
+
+
+def _more(progress: Progress) -> str:
+    return f"some {progress.more} more" if progress.more > 1 else "at least one more"
 
 
 def ask_text(session: Session, ask: Ask) -> str:
@@ -118,7 +126,10 @@ def verdict_text(verdict: Verdict, width: int = WIDTH) -> str:
 def resolved_text(verdict: Verdict) -> str:
     """What was done about it where nobody was asked."""
     if verdict.slipped is not None:
-        return f"The rows before {verdict.slipped} have a step of every sensor from now on."
+        return (
+            f"The rows before {verdict.slipped} have a step from now on: of one sensor where it "
+            "is plain which, else of each."
+        )
     if verdict.decided == "row":
         return f"Row {verdict.doubtful} is dropped."
     if verdict.decided == "robot":
@@ -170,12 +181,14 @@ def end_text(session: Session, progress: Progress, width: int = WIDTH) -> str:
             named = few(unknowns_by_name(progress.unseen), _NAMED)
             lines += _filled(f"Known by their tolerances alone: {named}.", 2, width)
     else:
-        head = f"Not yet: {rows}, some {progress.more} more. So far:"
+        head = f"Not yet: {rows}, {_more(progress)}. So far:"
         if progress.closing:
             head = (
                 f"Not yet: {rows}. Enough with {progress.closing} of the first poses again, which "
                 "would show a slip in the last rows. So far:"
             )
+        if progress.undecided:
+            head = f"Not yet: {rows}. Enough once it is decided what does not fit. So far:"
         if progress.degrees < LEAST_DEGREES:
             lines.append(
                 f"  the noise rests on {progress.degrees:.0f} degrees of freedom; expected "
@@ -191,7 +204,11 @@ def end_text(session: Session, progress: Progress, width: int = WIDTH) -> str:
     text = [*_filled(head, 0, width), *lines]
     folder = session.folder
     if folder is not None and progress.rows:
-        text += ["", f"symkin identify {folder / ROBOT} {folder / TABLE} --out calibrated"]
+        files = " ".join(typed_word(folder / name) for name in (ROBOT, TABLE))
+        more = "" if session.noise is None else f" --noise {session.noise}"
+        if progress.confidence != OPTIONS["confidence"].default:
+            more += f" --confidence {progress.confidence:g}"
+        text += ["", f"symkin identify {files}{more} --out calibrated"]
     return "\n".join(text)
 
 

@@ -1,12 +1,15 @@
 # SPDX-License-Identifier: MIT
 """Wrong rows, slips and drawings that are not right, in a guided session."""
 
+import shlex
+
 import pytest
 
 import symkin
 from symkin.guided import SimulatedDevice
 from symkin.model.settings import Tolerances
 from symkin.planning.simulation import disturb
+from symkin.show.guided import end_text, progress_text
 
 ACCURACY, FEW = 1e-4, {"candidates": 200, "seed": 1}
 
@@ -65,9 +68,9 @@ def test_a_slip_becomes_a_step_before_which_rows_still_count(robot):
     assert len(found) == 1
     assert abs(found[0] - 14) <= 2
     assert session.progress.reached
-    steps = [each for each in session.estimate.unknowns if ".step" in each.name]
-    assert len(steps) == 3
-    assert steps[1].value == pytest.approx(slip, rel=0.4)
+    (step,) = (each for each in session.estimate.unknowns if ".step" in each.name)
+    assert step.name.startswith("leg2.")  # it is plain which sensor has slipped
+    assert step.value == pytest.approx(slip, rel=0.4)
 
 
 def test_a_session_does_not_end_while_a_repeat_says_that_something_has_slipped(robot):
@@ -77,7 +80,7 @@ def test_a_session_does_not_end_while_a_repeat_says_that_something_has_slipped(r
     assert [v.decided for v in verdicts if v.decided] == ["robot"]
     assert len(verdicts) > 20  # 16 would do for a robot that stays as it is
     assert session.progress.reached
-    assert sum(".step" in each.name for each in session.estimate.unknowns) == 3
+    assert any(".step" in each.name for each in session.estimate.unknowns)
 
 
 def test_a_slip_in_the_last_row_shows_when_the_first_poses_are_measured_again(robot):
@@ -87,7 +90,7 @@ def test_a_slip_in_the_last_row_shows_when_the_first_poses_are_measured_again(ro
     assert len(verdicts) > 20  # 18 would do for a robot that stays as it is
     assert any(each.slipped for each in verdicts)
     assert session.progress.reached
-    assert sum(".step" in each.name for each in session.estimate.unknowns) == 3
+    assert any(".step" in each.name for each in session.estimate.unknowns)
 
 
 def test_a_drawing_with_too_small_tolerances_is_told_before_rows_are_blamed(robot):
@@ -98,3 +101,79 @@ def test_a_drawing_with_too_small_tolerances_is_told_before_rows_are_blamed(robo
     assert 1.5 < verdicts[-1].tolerances < 5
     assert session.robot.tolerances.length > 1.5 * robot.tolerances.length
     assert not session.progress.repaired
+
+
+def test_wider_tolerances_are_told_from_a_few_rows_on_and_nothing_has_slipped(robot):
+    wider = Tolerances(**{name: 3 * value for name, value in vars(robot.tolerances).items()})
+    for seed in (4, 5, 6):
+        made = disturb(robot.replace(tolerances=wider), seed)
+        _, verdicts = run(robot, lambda _, row: row, actual=made)
+        assert all(each.slipped is None for each in verdicts)
+        assert sum(not each.fine for each in verdicts) <= 4  # a row of the first ones, its repeat
+        assert any(each.tolerances > 1.5 for each in verdicts[:8])
+
+
+def test_a_row_that_is_wrong_by_far_is_no_reason_to_widen_tolerances(robot):
+    wrong = 100 * robot.noise.position
+    spoil = lambda n, row: row | {"x_m": row["x_m"] + wrong} if n == 4 else row  # noqa: E731
+    _, verdicts = run(robot, spoil)
+    assert [(v.doubtful, v.decided) for v in verdicts if not v.fine] == [(4, ""), (4, "row")]
+    assert all(each.tolerances == 1 for each in verdicts)
+
+
+def test_what_slipped_in_two_legs_is_a_step_of_every_leg(robot):
+    slip = 8 * max(robot.noise.reading, robot.noise.orientation)
+
+    def spoil(n, row):
+        moved = {name: row[name] + slip for name in ("psi_1_rad", "psi_2_rad")}
+        return row | moved if n >= 14 else row
+
+    session, _ = run(robot, spoil)
+    assert session.progress.reached
+    steps = {each.name[:4]: each for each in session.estimate.unknowns if ".step" in each.name}
+    assert set(steps) == {"leg1", "leg2", "leg3"}
+    assert [steps[leg].value for leg in ("leg1", "leg2")] == pytest.approx([slip, slip], rel=0.4)
+
+
+def test_a_step_that_was_taken_at_a_wrong_row_is_held_once_the_right_one_is_found(robot):
+    slip = 8 * max(robot.noise.reading, robot.noise.orientation)
+    spoil = lambda n, row: row | {"psi_2_rad": row["psi_2_rad"] + slip * (n >= 14)}  # noqa: E731
+    session, device = robot.measure(ACCURACY, **FEW), SimulatedDevice(robot, seed=3)
+    for n, ask in zip(range(1, 40), session, strict=False):
+        session.add(spoil(n, device(ask)))
+        if n == 13:
+            session.slip(3)
+        else:
+            session.resolve()
+    assert session.progress.reached
+    (step,) = (each for each in session.estimate.unknowns if ".step" in each.name)
+    assert step.value == pytest.approx(slip, rel=0.4)
+    assert len(session.robot.identification.fixed) == 5
+
+
+def test_a_session_by_hand_is_not_enough_as_long_as_something_is_doubtful(robot, tmp_path):
+    folder = tmp_path / "my session"
+    session, device = robot.measure(ACCURACY, folder, **FEW), SimulatedDevice(robot, seed=3)
+    while session.progress.closing != 1:
+        session.add(device(session.next()))
+    found = device(session.next())
+    session.add(found | {"psi_2_rad": found["psi_2_rad"] + 12 * robot.noise.orientation})
+    assert session.progress.position_bound < 2 * ACCURACY
+    doubtful = session.verdict
+    assert not doubtful.fine
+    assert not session.progress.reached
+    while not session.progress.undecided:  # nobody decides, and it is never enough
+        session.add(device(session.next()))
+        assert not session.progress.reached
+        assert session.tries < 40
+    assert "decided what does not fit" in progress_text(session, session.progress)
+    assert "decided what does not fit" in end_text(session, session.progress)
+    session.drop(session.verdict.doubtful)
+    while session.next() is not None:
+        session.add(device(session.next()))
+        session.resolve()
+    assert session.progress.reached
+    *_, identify = end_text(session, session.progress).splitlines()
+    files = [str(folder / name) for name in ("robot.toml", "measured.csv")]
+    asked = ["--confidence", "0.975", "--out", "calibrated"]
+    assert shlex.split(identify) == ["symkin", "identify", *files, *asked]

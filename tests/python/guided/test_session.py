@@ -63,7 +63,10 @@ def test_a_session_ends_with_two_of_its_first_poses_again(robot, done):
     rows, more = session.progress.rows, session.progress.more
     assert session.progress.position_bound > accuracy  # these poses count
     assert more == 2
-    session.add(device(session.next()))
+    first = session.next()
+    session.add(device(first))
+    assert first.ahead == pytest.approx(session.next().pose[None])
+    assert len(session.next().ahead) == 0  # it is enough with that
     session.fail("occluded")
     assert session.next().repeat_of == 3
     session.undo()
