@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: MIT
 """What an end-effector error is made of."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -151,6 +153,15 @@ def test_errors_of_a_model_that_reaches_no_reading_are_not_said_to_be_noise(pape
     assert told.instrument is None
     page = page_of(told)
     assert (page.verdict, page.judgement) == ("", "")
+
+
+def test_a_row_that_the_model_cannot_take_is_named(paper):
+    taken = symkin.simulate(paper, paper.plan(10), 1).measurements
+    poses = taken.poses.copy()
+    poses[4, 1] = 50.0
+    told = page_of(symkin.evaluate(paper, measurements=dataclasses.replace(taken, poses=poses)))
+    numbers = f"1 pose (row {taken.row_numbers[4]})"
+    assert told.notes == [f"left out, since the model cannot take them: {numbers}"]
 
 
 def test_what_a_sound_calibration_leaves_is_told_and_not_doubted(paper):

@@ -10,6 +10,7 @@ import numpy as np
 
 from symkin.analysis.evaluation import AlignedErrors, Evaluation
 from symkin.analysis.promises import ExpectedAccuracy
+from symkin.errors import few
 from symkin.estimate.cross_validation import CrossValidation
 from symkin.estimate.precision import Heights, in_words
 from symkin.present import ErrorLine, Group, Headline, Image, Page, Section, Table, Verdict, page_of
@@ -42,11 +43,11 @@ def evaluation_page(evaluation: Evaluation) -> Page:
         errors=_errors(evaluation),
         headlines=_bounds(evaluation),
         notes=[
-            f"left out, since {why}: {plural(number, 'pose')}"
-            for number, why in (
-                (evaluation.unread, "not all legs were read there"),
-                (evaluation.partial, "they were measured in part"),
-                (evaluation.failed, "they cannot be taken"),
+            f"left out, since {why}: {plural(number, 'pose')}{which}"
+            for number, why, which in (
+                (evaluation.unread, "not all legs were read there", ""),
+                (evaluation.partial, "they were measured in part", ""),
+                (evaluation.failed, "the model cannot take them", _failed(evaluation)),
             )
             if number
         ]
@@ -55,6 +56,12 @@ def evaluation_page(evaluation: Evaluation) -> Page:
         next_step=_next_step(evaluation),
         sections=[Section("accuracy", "End-effector error", [ALIGNED], parts)],
     )
+
+
+def _failed(evaluation: Evaluation) -> str:
+    """The rows of poses that failed, which may be mistyped."""
+    rows = evaluation.row_numbers[np.isnan(evaluation.differences).all(axis=1)].tolist()
+    return f" (row{'s' * (len(rows) > 1)} {few(rows, _WORST)})"
 
 
 def _errors(evaluation: Evaluation) -> list[ErrorLine]:
