@@ -176,6 +176,10 @@ DOUBTS: Mapping[str, Code] = {
         "information; the standard deviations are too small",
         "leave rows {rows} out",
     ),
+    "columns-copied": Code(
+        "the readings of {legs} are the same in all {count} rows, as where a column was copied",
+        "look where the columns come from",
+    ),
     "readings-coarse": Code(
         "the readings of {legs} take only {count} values in steps of {size:.3g} {unit}: rounded, "
         "repeated, or of a coarse sensor"

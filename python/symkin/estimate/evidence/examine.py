@@ -42,6 +42,7 @@ from symkin.estimate.evidence.gross_errors import gross_errors
 from symkin.estimate.evidence.late import late_that_explains
 from symkin.estimate.evidence.measured import (
     coarse_readings,
+    copied_columns,
     copied_rows,
     copies,
     signs_of_mistakes,
@@ -205,6 +206,7 @@ def _noticed(
     symptoms += coarse_readings(taken, found.noise) if symptoms else []
     # What can be asked for instead comes first: the rest may be due to that.
     symptoms.sort(key=lambda each: not each.options)
+    symptoms = [*(copied_columns(taken) if symptoms else ()), *symptoms]
     return Noticed(tuple(size), tuple(symptoms), tests, outliers)
 
 

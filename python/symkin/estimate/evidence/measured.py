@@ -7,6 +7,7 @@ need a correction that is tried: `corrections`.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import NamedTuple
@@ -26,6 +27,7 @@ from symkin.model.turns import turn_of, turned_home
 __all__ = [
     "Taken",
     "coarse_readings",
+    "copied_columns",
     "copied_rows",
     "copies",
     "lost_turns",
@@ -45,6 +47,7 @@ _EXACT = 1e-9  # rad or m: of readings without noise
 _FEW_VALUES = 0.7  # of the readings
 _SOME = 8  # values that are not on the same steps by chance
 _ON_STEPS = 1e-3
+_UNLIKE = 0.05  # of the range of a leg's readings
 _NOTHING = -(2.0**60)  # in a cell where nothing was observed
 
 
@@ -244,6 +247,20 @@ def coarse_readings(taken: Taken, noise: NoiseSettings) -> Iterator[Doubt]:
         step = min(step for _, step in coarse.values())
         figures = {"count": fewest, "unit": taken.nominal.reading_unit}
         yield Doubt("readings-coarse", tuple(coarse), size=step, figures=figures)
+
+
+def copied_columns(taken: Taken) -> Iterator[Doubt]:
+    """Name legs whose readings are the same in all rows, where the drawing's are not."""
+    legs = range(taken.readings.shape[1])
+    drawn = taken.nominal.inverse_kinematics(taken.poses)
+    for one, other in itertools.combinations(legs, 2):
+        rows = np.intersect1d(taken.rows(one), taken.rows(other))
+        first, second = taken.readings[rows, one], taken.readings[rows, other]
+        if len(rows) <= _SOME or (first != second).any():
+            continue
+        apart = np.abs(drawn[rows, one] - drawn[rows, other])
+        if np.nanmedian(apart) > _UNLIKE * np.ptp(first):
+            yield Doubt("columns-copied", (one, other), figures={"count": len(rows)})
 
 
 def _width(taken: Taken, leg: int, noise: NoiseSettings) -> float:
