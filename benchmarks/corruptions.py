@@ -2,13 +2,15 @@
 """What is said of wrong measurements, mistake by mistake, however one asks.
 
     python benchmarks/corruptions.py [ROBOTS] [MECHANISM ...] [--edits] [--only WORDS] [--way WAY]
+        [--planned]
 
 Simulates robots with errors and noise as declared, spoils the table of each in one of the ways of
 `CORRUPTIONS`, asks in every way of `WAYS` (or one), and prints of how many robots the mistake was
 named by its code, something else was ("wrong name"), it was doubted or refused without a cause, or
 trusted; and of the trusted how many are worse than 1.5 times the same robot identified from sound
 measurements, over the workspace, and whether a note says that this was taken as exact. The last
-lines of a mechanism sum up, and say how long a verdict took.
+lines of a mechanism sum up, and say how long a verdict took. Poses are chosen at random, for all
+legs, or planned, with a set for each leg.
 """
 
 import argparse
@@ -275,6 +277,13 @@ def mistyped(robot: symkin.Mechanism, values: Any, random: np.random.Generator) 
     return values
 
 
+def lost(_: symkin.Mechanism, taken: Table, random: np.random.Generator) -> Table:
+    """The readings of one row, so that those after it stand a row early."""
+    begin = int(random.integers(10, len(taken.poses) - 10))
+    values = np.delete(taken.readings, begin, axis=0)
+    return replace(taken.subset(np.arange(len(values))), readings=values)
+
+
 def exchanged_legs(_: symkin.Mechanism, values: Any, __: object) -> Any:
     """The columns of legs 1 and 2."""
     values[:, [0, 1]] = values[:, [1, 0]]
@@ -320,6 +329,7 @@ EDITS: Mapping[str, Corruption] = {
     "roll, pitch, yaw in reversed order": Corruption(
         oriented(lambda q: turned(roll_pitch_yaw(q), (2, 1, 0))), CONVENTION, spatial
     ),
+    "the readings of a row lost": Corruption(lost, ("rows-shifted",)),
     "a position mistyped": Corruption(
         poses(mistyped), ("rows-far-off", "gross-errors", "rows-in-another-unit"), translating
     ),
@@ -329,6 +339,9 @@ EDITS: Mapping[str, Corruption] = {
 }
 CORRUPTIONS: Mapping[str, Corruption] = {
     **EDITS,
+    "a leg's column copied": Corruption(
+        readings(lambda _, r, __: r[:, [0, 0, *range(2, r.shape[1])]]), ("columns-copied",)
+    ),
     "half the file twice": Corruption(twice, ("rows-copied",)),
     "a leg read twice as far": Corruption(first(lambda r: 2 * r), ("gain",)),
     "the target 20 mm off": Corruption(target_off(0.02), FRAME),
@@ -366,10 +379,12 @@ def main() -> None:
     parser.add_argument("--edits", action="store_true", help="mistakes of the table alone")
     parser.add_argument("--only", default="", help="words of the mistakes")
     parser.add_argument("--way", choices=list(WAYS), help="of asking")
+    parser.add_argument("--planned", action="store_true", help="poses, with a set for each leg")
     asked_for = parser.parse_args()
     for name in asked_for.mechanisms:
         robot = symkin.load_mechanism(name)
         sample = symkin.sample_workspace(robot, 2000, seed=1)
+        plan = symkin.make_plan(robot, sample, seed=1) if asked_for.planned else None
         pooled: collections.Counter[str] = collections.Counter()
         total: collections.Counter[str] = collections.Counter()
         spent: list[float] = []
@@ -383,7 +398,7 @@ def main() -> None:
                 counts: collections.Counter[str] = collections.Counter()
                 for seed in range(asked_for.robots):
                     began = time.process_time()
-                    said = verdict(robot, sample.poses, corruption, seed, way)
+                    said = verdict(robot, sample.poses, corruption, seed, way, plan)
                     spent.append(time.process_time() - began)
                     counts[said] += 1
                 print(f"{name}, {what}, {way}: {listed(counts)}", flush=True)
@@ -410,14 +425,20 @@ def listed(counts: Mapping[str, int]) -> str:
 
 
 def verdict(
-    robot: symkin.Mechanism, sample: Any, corruption: Corruption, seed: int, way: str
+    robot: symkin.Mechanism,
+    sample: Any,
+    corruption: Corruption,
+    seed: int,
+    way: str,
+    plan: symkin.Plan | None = None,
 ) -> str:
     """What is said of one robot."""
     random = np.random.default_rng(seed)
     chosen = sample[random.permutation(len(sample))[: _POSES + _SPARES]]
     actual = made(robot, way, seed)
-    taken = symkin.simulate(robot, plan_of(robot, chosen, _SPARES), seed, actual)
-    sound = taken.measurements.for_all_legs()
+    own = plan_of(robot, chosen, _SPARES) if plan is None else plan
+    sound = symkin.simulate(robot, own, seed, actual).measurements
+    sound = sound.for_all_legs() if plan is None else sound
     wrong = corruption.change(robot, sound, random)
     options = asked(robot, way)
     if way == "positions":

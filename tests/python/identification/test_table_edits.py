@@ -99,6 +99,77 @@ def test_a_table_that_is_corrected_gives_the_robot_of_a_sound_one(taken, mistake
     )
 
 
+@pytest.fixture(scope="module", params=["3RRR", "hexapod_jugglebot"])
+def planned(request):
+    """A robot, and what was measured of it in planned poses, a set for each leg."""
+    robot = symkin.load_mechanism(request.param)
+    table = robot.simulate(robot.plan(seed=1), seed=5).measurements
+    assert set(table.leg_sets) == set(range(len(robot.legs)))
+    return robot, table
+
+
+def cause_of(robot, table):
+    try:
+        return symkin.identify(robot, table).doubts[0]
+    except symkin.SymkinError as error:
+        return error.likely_cause
+
+
+def late(_, table):
+    moved = replace(table, readings=np.roll(table.readings, 1, axis=0))
+    return moved.subset(np.arange(1, len(table)))
+
+
+@pytest.mark.parametrize(
+    ("change", "code"),
+    [
+        (late, "rows-shifted"),
+        (two_late, "rows-shifted"),
+        (by_x, "rows-out-of-order"),
+        (read(first_sorted), "rows-out-of-order"),
+    ],
+)
+def test_mistakes_are_named_in_tables_of_plans_too(planned, change, code):
+    robot, table = planned
+    assert cause_of(robot, change(robot, table)).code == code
+
+
+@pytest.mark.parametrize("row", [8, 20, 30])
+def test_it_is_said_from_which_row_on_readings_are_late(planned, row):
+    robot, table = planned
+    rest = table.subset(np.arange(len(table) - 1))
+    lost = replace(rest, readings=np.delete(table.readings, row, axis=0))
+    cause = cause_of(robot, lost)
+    assert (cause.code, cause.size) == ("rows-shifted", -1.0)
+    assert f"1 row early from row {table.row_numbers[row]} on" in cause.words
+    doubled = replace(table, readings=np.insert(table.readings, row, 0, axis=0)[:-1])
+    cause = cause_of(robot, doubled)
+    assert (cause.code, cause.size) == ("rows-shifted", 1.0)
+    assert f"1 row late from row {table.row_numbers[row]} on" in cause.words
+
+
+def test_a_column_that_was_copied_is_told_first(planned):
+    robot, table = planned
+    readings = np.array(table.readings)
+    readings[:, 2] = readings[:, 0]
+    told = symkin.identify(robot, replace(table, readings=readings)).doubts[0]
+    assert (told.code, told.legs) == ("columns-copied", (0, 2))
+
+
+def test_readings_that_the_drawing_has_alike_are_no_copies():
+    delta = symkin.load_mechanism("rotary_delta")
+    poses = np.zeros((20, 3))
+    poses[:, 2] = delta.home[2] + np.linspace(-0.02, 0.02, 20)
+    readings = delta.inverse_kinematics(poses)
+    readings[:] = readings[:, :1]
+    taken = symkin.Measurements.of(poses * [1, 1, 1.02], readings)
+    try:
+        codes = [each.code for each in symkin.identify(delta, taken, prior="tolerances").doubts]
+    except symkin.SymkinError:
+        codes = []
+    assert "columns-copied" not in codes
+
+
 def test_nothing_is_corrected_of_a_sound_table_nor_by_what_is_only_a_part(taken):
     robot, table = taken
     assert symkin.identify(robot, table).corrected is None

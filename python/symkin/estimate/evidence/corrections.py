@@ -438,8 +438,10 @@ def _rivals(tried: Iterable[tuple[Correction, _core.JointFit | None]]) -> list[C
     ]
     fewest = min(each.wide for each in near)
     near = [each for each in near if each.wide == fewest and not _is_wider(each, near)]
-    # Rows in another order can do much that is done by less.
+    # Rows in another order can do much that is done by less, and so can going without rows.
     near = [each for each in near if each.again is None] or near
+    fewest = min(each.left_out for each in near)
+    near = [each for each in near if each.left_out == fewest]
     # The same correction may have been tried from several starts, and the same table be made twice.
     rivals = {each.key: each for each in reversed(near)}
     near = [each for each in near if rivals[each.key] is each]

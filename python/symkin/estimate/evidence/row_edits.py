@@ -41,6 +41,7 @@ def edits_of_rows(stated: Correction) -> Iterator[Correction]:
     poses = stated.measurements.poses
     if np.isfinite(poses).all():
         yield from _units_of_rows(stated)
+        yield from _lost_rows(stated)
         yield from _orders(stated)
     elif np.isfinite(poses[:, : stated.mechanism.space.size]).all() and not _is_elsewhere(stated):
         yield from _orders(stated)
@@ -57,7 +58,7 @@ def _shifts(stated: Correction) -> Iterator[Correction]:
     """Readings that stand some rows late or early, of all legs, of one or of two."""
     measured = stated.measurements
     count, legs = len(measured.readings), stated.columns
-    if (measured.leg_sets >= 0).any() or count <= 2 * _LATE:
+    if count <= 2 * _LATE:
         return
     every = tuple(range(legs))
     pairs = [each for each in itertools.combinations(every, 2) if len(each) < legs]
@@ -68,24 +69,45 @@ def _shifts(stated: Correction) -> Iterator[Correction]:
                 yield _moved(stated, own, late)
 
 
-def _moved(stated: Correction, own: tuple[int, ...], late: int) -> Correction:
+def _moved(stated: Correction, own: tuple[int, ...], late: int, begin: int = 0) -> Correction:
+    """Move readings back, from a row on."""
     measured, n = stated.measurements, abs(late)
-    count = len(measured.readings)
-    rows = np.arange(max(0, -late), count - max(0, late))
+    rows = np.arange(len(measured.readings))
+    # Rows without a partner: the last ones, or those from where they are late.
+    rows = rows[:-n] if late > 0 else np.delete(rows, slice(begin, begin + n))
+    partners = rows + np.where(rows >= begin, late, 0)
     changes = {}
     for name in ("readings", "reading_deviations"):
         values = getattr(measured, name)
         if values is not None:
             changes[name] = np.array(values[rows])
-            changes[name][:, own] = values[rows + late][:, own]
+            changes[name][:, own] = values[partners][:, own]
+    since = f" from row {measured.row_numbers[begin]} on" if begin else ""
     figures = {
-        "shift": f"{n} row{'s' * (n > 1)} {'late' if late > 0 else 'early'}",
-        "back": f"{n} row{'s' * (n > 1)} {'up' if late > 0 else 'down'}",
+        "shift": f"{n} row{'s' * (n > 1)} {'late' if late > 0 else 'early'}{since}",
+        "back": f"{n} row{'s' * (n > 1)} {'up' if late > 0 else 'down'}{since}",
     }
     return stated._replace(
         cause=Doubt("rows-shifted", own, size=float(late), figures=figures),
         measurements=dataclasses.replace(measured.subset(rows), **changes),  # type: ignore[arg-type]
     )
+
+
+def _lost_rows(stated: Correction) -> Iterator[Correction]:
+    """Readings that stand a row late or early from somewhere on, where a row is lost."""
+    robot, measured = stated.mechanism, stated.measurements
+    poses, readings = measured.poses, measured.readings
+    if len(poses) <= 2 * _FEW:
+        return
+    begins = np.arange(_FEW // 2, len(poses) - _FEW // 2)
+    as_read = _logs(_distances(robot, poses, readings))
+    before = np.vstack([np.zeros_like(as_read[:1]), np.cumsum(as_read, axis=0)])
+    for late in (1, -1):
+        moved = _logs(_distances(robot, poses, np.roll(readings, -late, axis=0)))
+        after = np.cumsum(moved[::-1], axis=0)[::-1]
+        misfits = before[begins] + after[begins + (late < 0)]  # where early, that row has none
+        for own in (tuple(range(stated.columns)), *((leg,) for leg in range(stated.columns))):
+            yield _moved(stated, own, late, int(begins[misfits[:, own].sum(axis=1).argmin()]))
 
 
 def _units_of_rows(stated: Correction) -> Iterator[Correction]:
@@ -151,7 +173,7 @@ def _orders(stated: Correction) -> Iterator[Correction]:
     """Poses and readings in different orders, or one column that was sorted by itself."""
     measured = stated.measurements
     count = len(measured.poses)
-    if not _FEW <= count <= _MOST or (measured.leg_sets >= 0).any():
+    if not _FEW <= count <= _MOST:
         return
     yield from _ordered(stated, None)
     in_full = np.isfinite(measured.poses).all()
@@ -263,6 +285,11 @@ def _distances(robot: Mechanism, poses: Array, readings: Array) -> Array:
     return np.where(np.isfinite(readings) & ~np.isfinite(away), _BEYOND, np.nan_to_num(away))
 
 
+def _logs(distances: Array) -> Array:
+    """So that a reading that is far off says no more than another."""
+    return np.asarray(np.log1p((distances / 1e-3) ** 2))
+
+
 def _total(distances: Array) -> Array:
-    """Of each row, so that one leg says no more than another."""
-    return np.asarray(np.log1p((distances / 1e-3) ** 2).sum(axis=1))
+    """Of each row."""
+    return np.asarray(_logs(distances).sum(axis=1))
