@@ -198,14 +198,17 @@ class Knowledge:
                     number = self._table.number(place)
                     return self._explained(Verdict(numbers[-1], math.inf, number), count, before)
             return Verdict(numbers[-1], math.nan)
-        # What a repeat has shown of the robot may have been that it is not as it was drawn.
-        shaken = known.tolerances == 1 and KEPT in self._said_since_a_slip()
+        kept_one = KEPT in self._said_since_a_slip()
         off, doubtful, size = judged(known.estimate, numbers, planned, kept)
         made = Verdict(numbers[-1], off, doubtful, size, tolerances=known.tolerances)
-        if doubtful is not None and not shaken:
+        slipped = None
+        if doubtful is None or kept_one:
+            slipped = self._slipped(known, count, repeated=again.isdigit(), kept_one=kept_one)
+        # What a repeat has shown of the robot may be that it is not as it was drawn.
+        blamed = slipped is None and (known.tolerances > 1 or not kept_one)
+        if doubtful is not None and blamed:
             before = self._by(count, together(self._table.place(doubtful)))
             return self._explained(made, count, before)
-        slipped = self._slipped(known, count, shaken=shaken or again.isdigit())
         return dataclasses.replace(made, doubtful=None, slipped=slipped)
 
     def _said_since_a_slip(self) -> list[str]:
@@ -213,20 +216,22 @@ class Knowledge:
         slips = [place for place, each in enumerate(said) if each == SLIPPED]
         return said[slips[-1] :] if slips else said
 
-    def _slipped(self, known: Known, count: int, *, shaken: bool) -> int | None:
+    def _slipped(self, known: Known, count: int, *, repeated: bool, kept_one: bool) -> int | None:
         """The number of the row from which on there is a step, if one is plain.
 
         What has slipped looks like a robot beyond its tolerances, too: rather than these it is a
         step if the robot is within them with one.
         """
 
-        def number_of(estimate: Estimate[Any] | None) -> int | None:
+        def number_of(estimate: Estimate[Any] | None, *, shaken: bool) -> int | None:
             line = None if estimate is None else slipped_from(estimate, shaken=shaken)
             return None if line is None else self._table.number(line - 2)
 
-        found = number_of(known.estimate)
-        if found is None and known.tolerances > 1 and not self._table.said(SLIPPED):
-            found = number_of(self._by(count, factor=1.0).estimate)
+        wider = known.tolerances > 1
+        found = number_of(known.estimate, shaken=repeated or (kept_one and not wider))
+        if found is None and wider and not self._table.said(SLIPPED):
+            drawn = self._by(count, factor=1.0).estimate
+            found = number_of(drawn, shaken=repeated or kept_one)
             if found is not None:
                 stepped = self._by(count, factor=1.0, slipped=found).estimate
                 return found if explains(stepped) else None

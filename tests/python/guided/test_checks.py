@@ -177,3 +177,13 @@ def test_a_session_by_hand_is_not_enough_as_long_as_something_is_doubtful(robot,
     files = [str(folder / name) for name in ("robot.toml", "measured.csv")]
     asked = ["--confidence", "0.975", "--out", "calibrated"]
     assert shlex.split(identify) == ["symkin", "identify", *files, *asked]
+
+
+def test_a_slip_that_looks_like_a_robot_beyond_its_tolerances_is_told_from_that(robot):
+    slip = 40 * robot.noise.orientation
+    spoil = lambda n, row: row | {"psi_2_rad": row["psi_2_rad"] + slip * (n >= 14)}  # noqa: E731
+    session, verdicts = run(robot, spoil)
+    (found,) = (n for n, each in enumerate(verdicts, 1) if each.slipped is not None)
+    assert found <= 18
+    assert session.progress.reached
+    assert verdicts[-1].tolerances == 1
