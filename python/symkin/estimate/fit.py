@@ -25,6 +25,7 @@ from symkin.model.tolerances import noise_of, parameter_tolerances
 
 __all__ = [
     "FALSE_ALARMS",
+    "LOOK_FOR",
     "as_mechanism",
     "by_leg",
     "calibrated_mechanism",
@@ -38,7 +39,7 @@ Array = NDArray[np.float64]
 FALSE_ALARMS = 1e-3
 
 _FARTHEST = 1e12  # m and rad, which no file may hold either
-_LOOK_FOR = (
+LOOK_FOR = (  # where no cause is found
     "look for readings in another unit, of another leg, or with another sign, zero or working mode "
     "than the mechanism has, and for poses in another unit or frame"
 )
@@ -119,7 +120,7 @@ def identified_by_leg(
 
 
 def _no_mechanism(why: SymkinError) -> FailedFitError:
-    return FailedFitError(f"the estimate is no mechanism: {why}. {_LOOK_FOR.capitalize()}")
+    return FailedFitError(f"the estimate is no mechanism: {why}. {LOOK_FOR.capitalize()}")
 
 
 def _conflict(
@@ -259,7 +260,7 @@ def as_mechanism(nominal: Mechanism, values: Array, deviations: Array) -> Mechan
         leg, parameter = far[0]
         raise FailedFitError(
             f"the estimate ran away: leg {leg + 1}, {nominal.parameter_names[parameter]} = "
-            f"{values[leg, parameter]:.3g}; {_LOOK_FOR}"
+            f"{values[leg, parameter]:.3g}; {LOOK_FOR}"
         )
     legs = range(len(nominal.legs))
     given = np.array([[role.is_given for role in nominal.parameter_roles(leg)] for leg in legs])

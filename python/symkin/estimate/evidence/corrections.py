@@ -29,6 +29,7 @@ from symkin.estimate.evidence.residuals import BETTER
 from symkin.estimate.evidence.screen import FIRST, Screen, ShortList
 from symkin.estimate.evidence.trial import LITTLE, SECOND, Correction, Statement, per_degree
 from symkin.estimate.evidence.watching import is_watched
+from symkin.estimate.fit import LOOK_FOR
 from symkin.estimate.options import EstimateOptions
 from symkin.estimate.problem import observed_count
 from symkin.model.mechanism import Mechanism
@@ -171,8 +172,9 @@ def explained(
             raise
         error.likely_cause, words = cause, str(cause)
         error.corrected = corrected_table(tried)
+        said = str(error).removesuffix(f". {LOOK_FOR.capitalize()}").removesuffix(f"; {LOOK_FOR}")
         # Its fields name directions, so the error stays the same object.
-        error.args = (f"{error}. {words[0].upper()}{words[1:]}",)
+        error.args = (f"{said}. {words[0].upper()}{words[1:]}",)
         raise
 
 
