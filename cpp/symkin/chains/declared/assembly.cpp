@@ -343,30 +343,33 @@ bool Assembly::close(const Pose& pose, Joints& joints) {
   return near_home(pose, joints) || follow(pose, joints);
 }
 
+Pose Assembly::on_the_way(const Pose& pose, double share) const {
+  return between(home_.pose, pose, share);
+}
+
 // From home by steps as short as they must be. Where neither the longest nor the shortest leaves
 // home those between are left out: poses in another unit, and all poses of a leg with wrong
 // numbers, are out of reach by far.
 bool Assembly::follow(const Pose& pose, Joints& joints) {
-  constexpr double kLongest = 1.0 / 2;
-  constexpr double kShortest = 1.0 / 64;
-  const auto leaves_home = [&](double step) {
+  const auto [shortest, longest] = kTriedShares;
+  const auto leaves_home = [&](double share) {
     joints = home_joints_;
-    return near_home(between(home_.pose, pose, step), joints);
+    return near_home(on_the_way(pose, share), joints);
   };
-  if (!leaves_home(kShortest) && !leaves_home(kLongest)) {
+  if (!leaves_home(shortest) && !leaves_home(longest)) {
     return false;
   }
   joints = home_joints_;
   double done = 0;
-  double step = kLongest;
+  double step = longest;
   while (done < 1) {
     const double next = std::min(1.0, done + step);
     Joints trial = joints;
-    if (near_home(between(home_.pose, pose, next), trial) &&
-        (trial - joints).cwiseAbs().maxCoeff() < 1) {
+    if (near_home(on_the_way(pose, next), trial) &&
+        (trial - joints).cwiseAbs().maxCoeff() < kFarthest) {
       joints = trial;
       done = next;
-    } else if ((step /= 2) < kShortest) {
+    } else if ((step /= 2) < shortest) {
       return false;
     }
   }

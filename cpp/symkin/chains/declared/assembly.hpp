@@ -45,8 +45,12 @@ class Assembly {
   // move without the leg's ends: they cannot choose among columns.
   bool lane_leg(std::vector<LaneTransform>& transforms, LaneLeg& leg) const;
 
-  // All joints by themselves at a pose, on the branch of home; false where there is none.
+  // All joints by themselves at a pose, on the branch of home; false where there is none. From home
+  // at once, or by steps: unless one of two shares of the way is reached from home, by none.
   bool close(const Pose& pose, Joints& joints);
+  static constexpr std::array<double, 2> kTriedShares{1.0 / 64, 1.0 / 2};
+  static constexpr double kFarthest = 1;  // m and rad, that joints move in a step
+  Pose on_the_way(const Pose& pose, double share) const;
   // The same with the read joints as they are given in `joints`: the others come as near to closing
   // the leg as they can, which is always somewhere; false where it is not on the branch of home.
   bool close_around_readings(const Pose& pose, Joints& joints);

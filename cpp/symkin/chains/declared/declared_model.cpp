@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "symkin/chains/declared/recognition.hpp"
+#include "symkin/chains/declared/side_by_side.hpp"
 #include "symkin/model/one_by_one_newton.hpp"
 #include "symkin/model/pose.hpp"
 #include "symkin/model/sensor.hpp"
@@ -129,24 +130,24 @@ class DeclaredModel final : public ChainModel {
     }
     Assembly leg = at(parameters);
     const SideBySide lanes(leg);
-    const auto own = static_cast<std::size_t>(leg.home_joints().size());
-    std::vector<double> closed_at(own * static_cast<std::size_t>(poses.rows()));
-    std::vector<char> closed(static_cast<std::size_t>(poses.rows()), 0);
+    const std::vector<Pose> all = each_pose(poses);
+    std::vector<Closed> closed(all.size(), Closed::perhaps);
+    std::vector<double> closed_at;
     if (lanes.possible()) {
-      declared_kernels(poses.rows())
-          .close(lanes.leg(), plain(poses).data(), poses.rows(), closed_at.data(), closed.data());
+      closed = lanes.close(all, closed_at);
     }
+    const auto own = static_cast<std::size_t>(leg.home_joints().size());
     Joints joints;
-    for (std::size_t i = 0; i < closed.size(); ++i) {
-      if (closed[i] != 0) {
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      const bool found = closed[i] == Closed::yes;
+      if (found) {
         joints = Eigen::Map<const Vector>(&closed_at[i * own], leg.home_joints().size());
       }
-      const auto row = static_cast<Index>(i);
-      const bool closes = closed[i] != 0 || leg.close(pose(poses, row), joints);
+      const bool closes = found || (closed[i] == Closed::perhaps && leg.close(all[i], joints));
       const bool read = closes && info().read;
-      readings[row] = read     ? sensor(parameters).reading(joints[read_], is_turn())
-                      : closes ? 0
-                               : kNone;
+      readings[static_cast<Index>(i)] = read ? sensor(parameters).reading(joints[read_], is_turn())
+                                        : closes ? 0
+                                                 : kNone;
     }
   }
 
@@ -290,19 +291,6 @@ class DeclaredModel final : public ChainModel {
     return known_ && known_->parameters(parameters, own, slopes);
   }
 
-  // A leg as the kernels take it, if they do.
-  class SideBySide {
-   public:
-    explicit SideBySide(const Assembly& leg) : possible_(leg.lane_leg(transforms_, leg_)) {}
-    bool possible() const { return possible_; }
-    const LaneLeg& leg() const { return leg_; }
-
-   private:
-    std::vector<LaneTransform> transforms_;
-    LaneLeg leg_{};
-    bool possible_;
-  };
-
   // Legs as the known chain has them, unless one of them is none of its.
   class KnownLegs {
    public:
@@ -348,15 +336,11 @@ class DeclaredModel final : public ChainModel {
     return {leg.parameters, parameter_count()};
   }
 
-  // Poses as the kernels take them.
-  std::vector<double> plain(ConstRows poses) const {
-    std::vector<double> all(kPoseNumbers * static_cast<std::size_t>(poses.rows()));
-    double* to = all.data();
+  std::vector<Pose> each_pose(ConstRows poses) const {
+    std::vector<Pose> all;
+    all.reserve(static_cast<std::size_t>(poses.rows()));
     for (Index i = 0; i < poses.rows(); ++i) {
-      const Pose each = pose(poses, i);
-      to = std::copy_n(each.rotation.data(), 9, to);
-      to = std::copy_n(each.position.data(), 3, to);
-      *to++ = std::atan2(each.rotation(1, 0), each.rotation(0, 0));
+      all.push_back(pose(poses, i));
     }
     return all;
   }
@@ -393,19 +377,18 @@ class DeclaredModel final : public ChainModel {
     for (Index i = 0; info().read && i < poses.rows(); ++i) {
       read[i] = sensor.active_joint(readings[i]);
     }
-    std::vector<char> closed(static_cast<std::size_t>(poses.rows()), 0);
+    const std::vector<Pose> all = each_pose(poses);
+    std::vector<Closed> closed(all.size(), Closed::perhaps);
     RowMatrix together;
     if (const SideBySide lanes(leg); lanes.possible()) {
       together.resize(rows.closure.size(), kClosureNumbers + scalars);
-      declared_kernels(poses.rows())
-          .closures(lanes.leg(), plain(poses).data(), read.data(), poses.rows(), first,
-                    info().closures, together.data(), closed.data());
+      closed = lanes.closures(all, read, first, info().closures, together);
     }
     Joints joints = leg.home_joints();
     Work work;
     Vector alone(kClosureNumbers + scalars);
     for (Index i = 0; i < poses.rows(); ++i) {
-      if (closed[static_cast<std::size_t>(i)] != 0) {
+      if (closed[static_cast<std::size_t>(i)] == Closed::yes) {
         for (Index row = i * closures; row < (i + 1) * closures; ++row) {
           write(i, row, together.row(row).data());
         }
@@ -414,7 +397,7 @@ class DeclaredModel final : public ChainModel {
       if (info().read) {
         joints[read_] = read[i];
       }
-      leg.close_around_readings(pose(poses, i), joints);
+      leg.close_around_readings(all[static_cast<std::size_t>(i)], joints);
       const Columns& wrenches = leg.reciprocal();
       const Equations residual = leg.loops().residual();
       for (Index c = 0; c < closures; ++c) {

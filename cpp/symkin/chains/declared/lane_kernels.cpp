@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 
 // Compiled three times on x86-64, see chains/detail/kernels.hpp: a pose a lane.
+#include <limits>
+
 #include "symkin/chains/declared/lane_loops.hpp"
 #include "symkin/chains/declared/lane_qr.hpp"
 #include "symkin/chains/detail/kernels.hpp"
@@ -22,38 +24,40 @@ class LaneAssembly {
         next_(order),
         work_(static_cast<std::size_t>(leg.scalar_count)) {}
 
-  static void close(const LaneLeg& leg, const double* poses, Index count, double* joints,
-                    char* closed) {
+  static void close(const LaneLeg& leg, const double* poses, const double* starts, Index count,
+                    double* joints, Closed* closed) {
     LaneAssembly assembly(leg, *leg.moving);
     for (Index first = 0; first < count; first += Lanes<T>::kCount) {
       const Rows rows(first, count);
       T own[kMostJoints];
-      assembly.stand_at_home(rows, poses, own);
-      Mask found = assembly.newton(own);
-      found = found & assembly.on_branch(assembly.qr_.orientation());
+      assembly.stand(rows, poses, starts, own);
+      const Ends ends = assembly.newton(own);
+      Mask found = ends.found & assembly.on_branch(assembly.qr_.orientation());
       if (leg.exact) {
         found = found & assembly.meets_all();
       }
       for (int i = 0; i < leg.own_count; ++i) {
         rows.write(own[i], joints + i, leg.own_count);
       }
-      tell(rows, found, closed);
+      tell(rows, found, ends, closed);
     }
   }
 
-  static void closures(const LaneLeg& leg, const double* poses, const double* read, Index count,
-                       int first_closure, int closures, double* to, char* closed) {
+  static void closures(const LaneLeg& leg, const double* poses, const double* read,
+                       const double* starts, Index count, int first_closure, int closures,
+                       double* to, Closed* closed) {
     LaneAssembly assembly(leg, *leg.passive);
     for (Index first = 0; first < count; first += Lanes<T>::kCount) {
       const Rows rows(first, count);
       T own[kMostJoints];
-      assembly.stand_at_home(rows, poses, own);
+      assembly.stand(rows, poses, starts, own);
       if (leg.read >= 0) {
         own[leg.read] = rows.read(read, 1);
       }
-      const Mask found = assembly.newton(own);
+      const Ends ends = assembly.newton(own);
       const T by_read = assembly.find_reciprocal();
-      tell(rows, found & assembly.on_branch(by_read), closed);
+      const bool from_home = starts == nullptr;
+      tell(rows, from_home ? ends.found & assembly.on_branch(by_read) : ends.found, ends, closed);
       const Index width = kClosureNumbers + leg.scalar_count;
       for (int i = 0; i < closures; ++i) {
         assembly.write(assembly.reciprocal_[first_closure + i], rows, to + i * width,
@@ -63,32 +67,43 @@ class LaneAssembly {
   }
 
  private:
-  void stand_at_home(const Rows& rows, const double* poses, T* own) {
+  void stand(const Rows& rows, const double* poses, const double* starts, T* own) {
     loops_.stand(rows, poses);
     for (int i = 0; i < leg_.own_count; ++i) {
-      own[i] = T(leg_.home[i]);
+      own[i] = starts == nullptr ? T(leg_.home[i]) : rows.read(starts + i, leg_.own_count);
     }
   }
 
-  static void tell(const Rows& rows, const Mask& found, char* closed) {
+  // How Newton's method ended: at rest, near it, or given up.
+  struct Ends {
+    Mask found, near;
+  };
+
+  static void tell(const Rows& rows, const Mask& found, const Ends& ends, Closed* closed) {
     for (int lane = 0; lane < Lanes<T>::kCount; ++lane) {
-      closed[rows.row(lane)] = Lanes<T>::lane(found, lane) ? 1 : 0;
+      const bool at_rest = Lanes<T>::lane(ends.found, lane);
+      const bool open = Lanes<T>::lane(ends.near, lane) && !at_rest;
+      closed[rows.row(lane)] = Lanes<T>::lane(found, lane) ? Closed::yes
+                               : open                      ? Closed::perhaps
+                                                           : Closed::no;
     }
   }
 
   // As Assembly::newton(), until a step is short; then once more with the same derivatives. A lane
-  // that has come so far waits for the others as it is.
-  Mask newton(T* own) {
-    constexpr int kMost = 12;
+  // that has come so far, or is given up, waits for the others as it is.
+  Ends newton(T* own) {
+    constexpr int kMost = 30;
+    constexpr double kPatience = 6;
     constexpr double kLongest = 0.5;  // m and rad
     constexpr double kShort = 1e-5;
     constexpr double kNoStep = 1e-9;
     const Mask nowhere = T(0.0) > T(0.0);
     loops_.walk(own);
     if (qr_.rank() == 0) {
-      return T(0.0) == T(0.0);
+      return {!nowhere, !nowhere};
     }
-    Mask waits = nowhere;
+    Mask waits = nowhere, near = nowhere;
+    T shortest(std::numeric_limits<double>::infinity()), since(0.0);
     for (int i = 0; i < kMost; ++i) {
       loops_.columns(columns_);
       if (Lanes<T>::any(waits)) {
@@ -98,12 +113,16 @@ class LaneAssembly {
         qr_.factorise(columns_);
       }
       const T largest = step(waits, kLongest, own);
-      waits = waits | !(largest > T(kShort));  // NaN waits, too
+      const Mask halved = largest < T(0.5) * shortest;
+      since = Lanes<T>::select(halved, T(0.0), since + T(1.0));
+      shortest = Lanes<T>::select(halved, largest, shortest);
+      near = near | !(waits | (largest > T(kShort)));
+      waits = waits | near | !(since < T(kPatience));
       if (!Lanes<T>::any(!waits)) {
         break;
       }
     }
-    return step(nowhere, kLongest, own) < T(kNoStep);
+    return {step(nowhere, kLongest, own) < T(kNoStep), near};
   }
 
   T step(const Mask& waits, double longest, T* own) {

@@ -99,13 +99,20 @@ inline constexpr int kPoseNumbers = 13;
 // scalars.
 inline constexpr int kClosureNumbers = 8;
 
+// Whether Newton's method comes to a leg that is closed, on home's branch; `perhaps` where its last
+// step is not short enough, which wants a closer look.
+enum class Closed : char { no, perhaps, yes };
+
+// From joints by themselves, a row a pose; from home where `starts` are null.
 struct DeclaredKernels {
-  // Joints by themselves at poses, from home; `closed` is 0 where Newton's method does not come to
-  // home's branch, which wants a closer look.
-  void (*close)(const LaneLeg& leg, const double* poses, Index count, double* joints, char* closed);
-  // So many closures from the first on, with the read joint as given (NaN of no leg's).
-  void (*closures)(const LaneLeg& leg, const double* poses, const double* read, Index count,
-                   int first, int closures, double* rows, char* closed);
+  // To these joints.
+  void (*close)(const LaneLeg& leg, const double* poses, const double* starts, Index count,
+                double* joints, Closed* closed);
+  // To so many closures from the first on, with the read joint as given (NaN of no leg's), closed
+  // or not; from starts on any branch.
+  void (*closures)(const LaneLeg& leg, const double* poses, const double* read,
+                   const double* starts, Index count, int first, int closures, double* rows,
+                   Closed* closed);
 };
 
 // Those for this processor and so many poses; what a pose gets depends on nothing but that pose.
