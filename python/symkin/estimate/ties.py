@@ -6,12 +6,22 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Collection, Mapping, Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 from symkin.errors import SymkinError, did_you_mean
 from symkin.storage.quantities import evaluate_quantity
 
-__all__ = ["MEASURED", "ONE_DRAW", "Equation", "Solved", "equation_of", "meaning_of", "solved"]
+__all__ = [
+    "MEASURED",
+    "ONE_DRAW",
+    "Equation",
+    "Solved",
+    "equation_of",
+    "equations_of",
+    "meaning_of",
+    "solved",
+]
 
 _NAME = re.compile(r"[A-Za-z_][\w.]*[A-Za-z_]\w*|[A-Za-z_]\w*")
 _NOTHING = 1e-9  # of an equation's size: it says nothing, or its sides agree
@@ -65,16 +75,27 @@ def equation_of(text: str, units: Mapping[str, str]) -> Equation:
     SymkinError
         Quoting the tie, and what is wrong with it.
     """
+    return equations_of([text], units)[0]
+
+
+def equations_of(texts: Sequence[str], units: Mapping[str, str]) -> list[Equation]:
+    """The same of several ties."""
+    of_legs: dict[str, str] = {}
+    for each in units:
+        of_legs.setdefault(each.partition(".")[2], each)
+    return [_equation_of(text, units, of_legs) for text in texts]
+
+
+def _equation_of(text: str, units: Mapping[str, str], of_legs: Mapping[str, str]) -> Equation:
     equation, meaning = meaning_of(text)
     sides = equation.split("=")
     if len(sides) != 2 or not all(each.strip() for each in sides):
         raise SymkinError(f'tie "{text}" is no equation; expected two sides, such as {_EXAMPLE}')
     named = [name for name in _NAME.findall(equation) if name in units]
     for name in _NAME.findall(equation):
-        own = [each for each in units if each.partition(".")[2] == name]
-        if own:
+        if name in of_legs:
             raise SymkinError(
-                f'tie "{text}": {name} of which leg? Expected such as {own[0]}; '
+                f'tie "{text}": {name} of which leg? Expected such as {of_legs[name]}; '
                 f"--shared {name} has it move by the same amount in all legs"
             )
         if "." in name and name not in units and not name.replace(".", "").isdigit():
@@ -87,7 +108,7 @@ def equation_of(text: str, units: Mapping[str, str]) -> Equation:
         raise SymkinError(f'tie "{text}" is of unknowns in {shown}; expected one unit')
     factors, constant = dict.fromkeys(named, 0.0), 0.0
     for sign, side in zip((1.0, -1.0), sides, strict=True):
-        of_side, rest = _linear(text, side, units, kinds[0])
+        of_side, rest = _linear(text, side, frozenset(named), kinds[0])
         constant -= sign * rest
         for name, factor in of_side.items():
             factors[name] += sign * factor
@@ -103,11 +124,12 @@ _MEANING = re.compile(rf"\s*{ONE_DRAW}\s*$|\s*{MEASURED}\s*$|\s+within\b(?!.*=).
 _EXAMPLE = "'leg1.distal_length = leg2.distal_length' or 'leg1.x + leg2.x = 0.2 m'"
 
 
+@lru_cache(maxsize=2048)  # a declared robot has hundreds, and is laid out for each of many tables
 def _linear(
-    text: str, side: str, units: Mapping[str, str], unit: str
-) -> tuple[dict[str, float], float]:
+    text: str, side: str, unknowns: frozenset[str], unit: str
+) -> tuple[Mapping[str, float], float]:
     """Factors of the unknowns on a side, and the rest."""
-    named = list(dict.fromkeys(name for name in _NAME.findall(side) if name in units))
+    named = list(dict.fromkeys(name for name in _NAME.findall(side) if name in unknowns))
     spaced = re.sub(r"([\d.)])\s+(?=[A-Za-z_]\w*\.[A-Za-z_])", r"\1 * ", side)
 
     def at(values: Mapping[str, float]) -> float:

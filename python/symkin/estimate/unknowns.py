@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from symkin import _core
 from symkin.errors import SymkinError, did_you_mean, one_of
 from symkin.estimate.sharing import followers_by_role, written_tie
-from symkin.estimate.ties import Equation, Solved, equation_of, solved
+from symkin.estimate.ties import Equation, Solved, equations_of, solved
 from symkin.model.chains import ABSENT
 from symkin.model.core_setup import scalar_values
 from symkin.model.mechanism import Mechanism
@@ -651,14 +651,15 @@ def _equations(
     """Ties of the legs' parameters, exact ones and others; angles as drawn, by whole turns."""
     of_legs = {name: units[i] for name, i in names.index.items() if name.startswith("leg")}
     equations = []
-    for text in [each for given in ties for each in written_tie(mechanism, given)]:
-        tie = equation_of(text, of_legs)
+    texts = [each for given in ties for each in written_tie(mechanism, given)]
+    for tie in equations_of(texts, of_legs):
         unit = of_legs[next(iter(tie.factors))]
         if unit == "rad" and all(factor == round(factor) for factor in tie.factors.values()):
             drawn = sum(factor * values[name] for name, factor in tie.factors.items())
             turns = round((drawn - tie.constant) / (2 * np.pi))
-            tie = tie._replace(constant=tie.constant + 2 * np.pi * turns)
-        equations.append(tie)
+            equations.append(tie._replace(constant=tie.constant + 2 * np.pi * turns))
+        else:
+            equations.append(tie)
     exact = [each for each in equations if not each.within]
     return exact, [each for each in equations if each.within]
 
