@@ -28,17 +28,19 @@ _FARTHEST_STEP = 1.0  # of a noise's logarithm
 
 
 def without_blunders(
-    problem: Problem,
+    problem: Problem, fit: _core.JointFit, most: int | None = None
 ) -> tuple[Problem, _core.JointFit, tuple[tuple[int, str], ...]]:
     """Drop single observations that do not fit, and poses of which more than one does not.
 
-    Begins with a robust loss of poses. A pose whose chi-square stays too large without its
-    worst observation is dropped as a whole: single rows of such a pose would mislead.
+    Begins with a robust loss of poses, which the fit may have already. A pose whose chi-square
+    stays too large without its worst observation is dropped as a whole: single rows of such a pose
+    would mislead. Ends as it is where that would drop more than `most`.
     """
     rejected: list[tuple[int, str]] = []
     space, loss = problem.mechanism.pose_space, problem.options.loss
     nearest = problem.options.gauge == "nominal"
-    fit = _robust(problem, nearest=nearest, loss=ROBUST if loss == "none" else loss)
+    if loss == "none":
+        fit = _robust(problem, nearest=nearest, loss=ROBUST)
     for _ in range(len(problem.measurements.poses)):
         rows = Rows.of(fit)
         changes: list[tuple[int, int]] = []  # pose, row of `rows` or -1 for all
@@ -50,7 +52,7 @@ def without_blunders(
             rest = fit.chi_squares[pose] - rows.t[worst] ** 2
             sound = left > 0 and _core.chi_square_tail(max(rest, 0.0), left) > FALSE_ALARMS
             changes.append((pose, worst if sound or left == 0 else -1))
-        if not changes:
+        if not changes or (most is not None and len(rejected) + len(changes) > most):
             break
         measurements = problem.measurements
         for pose, row in changes:

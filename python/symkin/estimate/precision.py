@@ -362,7 +362,7 @@ class Influence(Value):
         nominal = found.nominal.replace(frames=None) if found.legs else found.nominal
         problem, fit, _ = Problem.of(nominal, found.measurements, options).resolved()
         if options.loss_per == "reading":
-            problem, fit, _ = without_blunders(problem)
+            problem, fit, _ = without_blunders(problem, fit)
         elif options.loss != "none":
             return None
         rows = whitened_rows(problem, fit)

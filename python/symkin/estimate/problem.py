@@ -344,12 +344,17 @@ class Problem:
         return dataclasses.replace(self, setup=setup)
 
     def fit(
-        self, *, nearest: bool = False, loss: Loss | None = None, start: Array | None = None
+        self,
+        *,
+        nearest: bool = False,
+        loss: Loss | None = None,
+        start: Array | None = None,
+        whole: bool = True,
     ) -> _core.JointFit:
         """Fit; `nearest` takes of all solutions the nearest to the start.
 
         The latent poses start where forward kinematics has them, or at `start`. Poses that keep
-        the solver from coming to rest are set aside.
+        the solver from coming to rest are set aside, if it has to (`whole`).
 
         Raises
         ------
@@ -367,7 +372,8 @@ class Problem:
             again = self._fitted(nearest, how, moved)
             better = again.goodness.chi_square < fit.goodness.chi_square
             return again if again.converged and better and again.aside == fit.aside else fit
-        return fit if fit.failure != _STUCK else self._at_rest(fit, nearest, how, start)
+        stuck = whole and fit.failure == _STUCK
+        return self._at_rest(fit, nearest, how, start) if stuck else fit
 
     def _starting_poses(self) -> Array:
         """Where the latent poses start, by where the base is in each row."""

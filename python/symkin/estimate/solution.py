@@ -41,12 +41,20 @@ __all__ = ["computed_from_drawing", "settled", "together"]
 Array = NDArray[np.float64]
 
 
-def together(mechanism: Mechanism, measurements: Measurements, options: EstimateOptions) -> Found:
-    """Estimate whatever is unknown from whatever was observed; the errors are `identify`'s."""
+def together(
+    mechanism: Mechanism,
+    measurements: Measurements,
+    options: EstimateOptions,
+    most: int | None = None,
+) -> Found:
+    """Estimate whatever is unknown from whatever was observed; the errors are `identify`'s.
+
+    Of single observations that do not fit `most` are looked for, if that is said.
+    """
     problem, fit, gauge = Problem.of(mechanism, measurements, options).resolved()
     rejected: tuple[tuple[int, str], ...] = ()
     if options.loss_per == "reading":
-        problem, fit, rejected = without_blunders(problem)
+        problem, fit, rejected = without_blunders(problem, fit, most)
     if options.noise == "estimate":
         problem, fit = estimated_noise(problem, fit)
         problem, fit = problem.with_fitted_prior(fit)

@@ -27,6 +27,7 @@ __all__ = ["gross_errors"]
 _CHI_SQUARE = 9.0
 _PLAIN = 100.0  # the same of single observations, of which more could be left out of a larger noise
 _MOST = 0.25  # of the poses: more than that are no errors of single poses
+_STEPS = 20  # of a fit, several times as many with a loss: where it does not end there are others
 
 
 def gross_errors(found: Found) -> tuple[Doubt | None, Measurements]:
@@ -74,12 +75,16 @@ def gross_errors(found: Found) -> tuple[Doubt | None, Measurements]:
 
 def _of_readings(found: Found) -> Doubt | None:
     """Where everything is estimated together: single observations, whatever else a row has."""
-    options = replace(found.options, loss="cauchy", loss_per="reading", noise=found.noise)
+    steps = min(found.options.max_iterations, _STEPS)
+    options = replace(
+        found.options, loss="cauchy", loss_per="reading", noise=found.noise, max_iterations=steps
+    )
+    most = int(_MOST * found.measurements.readings.size)
     try:
-        robust = together(found.nominal, found.measurements, options)
+        robust = together(found.nominal, found.measurements, options, most)
     except SymkinError:
         return None
-    few = 0 < len(robust.rejected) <= _MOST * found.measurements.readings.size
+    few = 0 < len(robust.rejected) <= most
     if not few or not robust.converged or robust.unexplained or any(implausible_parameters(robust)):
         return None
     rows = np.unique([row for row, _ in robust.rejected])

@@ -142,7 +142,7 @@ class Correction(NamedTuple):
         """With tolerances as priors; None where that has no solution, or not the `whole` of it."""
         looked()
         try:
-            fit = self.model.problem(self.measurements, steps).fit(start=start)
+            fit = self.model.problem(self.measurements, steps).fit(start=start, whole=whole)
         except SymkinError:
             return None
         explained = len(fit.aside) <= max(_ASIDE * len(self.measurements.poses), 1)

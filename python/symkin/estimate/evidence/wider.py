@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,7 +16,7 @@ from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.evidence.frames import frame_doubt, with_frames
 from symkin.estimate.evidence.residuals import HARMFUL, Help
 from symkin.estimate.fit import FALSE_ALARMS
-from symkin.estimate.found import Found
+from symkin.estimate.found import Found, GoodnessOfFit, total_of
 from symkin.estimate.options import EstimateOptions
 from symkin.estimate.problem import Problem
 from symkin.estimate.unknowns import BED
@@ -31,6 +32,7 @@ __all__ = [
 
 
 _NAMED = 3
+_STEPS = 40  # of a wider model
 _BOW = "1 mm"  # of a bed that nobody said to be flat: any that is used
 
 
@@ -100,27 +102,55 @@ def alternatives_of(found: Found) -> list[Alternative]:
     framed = with_frames(found.nominal, found.measurements, held)
     if framed is not None:
         wider.append(("frames", held, framed))
-    made = (_compared(found, *each) for each in wider)
+    solved: list[tuple[EstimateOptions, _Solved]] = []
+    if not found.noise_is_estimated and not found.options.sessions:
+        known = _Solved(found.converged, total_of(found.goodness), found.aside, len(found.names))
+        solved.append((dataclasses.replace(found.options, noise=found.noise), known))
+    made = (_compared(found, solved, *each) for each in wider)
     return [each for each in made if each is not None]
 
 
+class _Solved(NamedTuple):
+    """A fit of one of two models."""
+
+    converged: bool
+    goodness: GoodnessOfFit
+    aside: tuple[int, ...]
+    columns: int
+
+    @classmethod
+    def of(cls, found: Found, options: EstimateOptions) -> _Solved:
+        problem, fit, _ = Problem.of(found.nominal, found.measurements, options).resolved()
+        count = len(problem.layout.names)
+        return cls(fit.converged, GoodnessOfFit.of(fit.goodness), tuple(fit.aside), count)
+
+
 def _compared(
-    found: Found, what: str, narrow: EstimateOptions, wide: EstimateOptions
+    found: Found,
+    before: list[tuple[EstimateOptions, _Solved]],
+    what: str,
+    narrow: EstimateOptions,
+    wide: EstimateOptions,
 ) -> Alternative | None:
+    """Two models, of which the narrow one may have been solved `before`."""
+    known = next((each for options, each in before if options == narrow), None)
     try:
-        solved = [
-            Problem.of(found.nominal, found.measurements, each).resolved()
-            for each in (narrow, wide)
-        ]
+        if known is None:
+            known = _Solved.of(found, narrow)
+            before.append((narrow, known))
+        if not known.converged:
+            return None
+        # What explains more comes to its end soon.
+        steps = min(wide.max_iterations, _STEPS)
+        wider = _Solved.of(found, dataclasses.replace(wide, max_iterations=steps))
     except SymkinError:
         return None
-    fits = [fit for _, fit, _ in solved]
-    if not all(fit.converged for fit in fits) or fits[0].aside != fits[1].aside:
+    if not wider.converged or known.aside != wider.aside:
         return None
-    less, more = (fit.goodness for fit in fits)
+    less, more = known.goodness, wider.goodness
     terms = round(less.degrees_of_freedom - more.degrees_of_freedom)
     if terms <= 0:  # priors came with them; held exactly, they gain no more than without priors
-        terms = len(solved[1][0].layout.names) - len(solved[0][0].layout.names)
+        terms = wider.columns - known.columns
     spare = round(more.degrees_of_freedom)
     if terms <= 0 or spare <= 0 or more.chi_square <= 0:
         return None
