@@ -31,6 +31,7 @@ def with_usable_home(mechanism: Mechanism, poses: Array) -> Mechanism:
     if mechanism.workspace is None:
         return mechanism
     own, none = mechanism.joint_limits, JointLimits()
+    poses = poses[np.isfinite(mechanism.inverse_kinematics(poses)).all(axis=1)]
     for fits, limits in ((_fits, own), (_takes_home, own), (_takes_home, none)):
         robot = mechanism if limits is own else mechanism.replace(joint_limits=limits)
         candidates = itertools.chain([robot], _with_home_at(robot, poses))

@@ -207,8 +207,8 @@ class Kinematics:
             In sensor units per m and rad.
         """
         rows = self._poses(poses)
-        jacobian = _core.pose_jacobian(self.core, rows)
-        return jacobian.reshape(len(rows), -1, self.core.dof)
+        jacobian, dof = _core.pose_jacobian(self.core, rows), self.core.dof
+        return jacobian.reshape(len(rows), jacobian.shape[1] // dof, dof)
 
     def singularity_measures(
         self, poses: ArrayLike, characteristic_length: float | None = None

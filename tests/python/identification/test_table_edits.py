@@ -3,6 +3,7 @@
 
 import itertools
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from symkin.analysis.conventions import taken_as
 from symkin.estimate.evidence.assignment import assigned
 from symkin.model.poses import poses_of
 
+DECLARED = Path(__file__).parents[3] / "mechanisms" / "declared"
 MECHANISMS = ("3RRR", "rotary_delta", "3RPS", "2RRR_PRP", "hexa")
 
 
@@ -252,3 +254,42 @@ def test_a_convention_is_told_with_what_to_do_to_the_table(remedy):
     except symkin.SymkinError as error:
         cause = error.likely_cause
     assert (cause.code, cause.remedy) == ("convention-of-poses", remedy)
+
+
+@pytest.fixture(scope="module")
+def cables():
+    """Eight cables over pulleys that are read twice each: 16 columns of readings."""
+    robot = symkin.load_mechanism(DECLARED / "cables8_pulleys.toml")
+    return robot, symkin.simulate(robot, robot.plan(), seed=1).measurements.for_all_legs()
+
+
+def exchanged(table, name):
+    values = np.array(getattr(table, name))
+    values[:, [0, 1]] = values[:, [1, 0]]
+    return replace(table, **{name: values})
+
+
+@pytest.mark.parametrize(
+    ("change", "code"),
+    [
+        (lambda table: exchanged(table, "readings"), "columns-exchanged"),
+        (lambda table: exchanged(table, "poses"), "convention-of-poses"),
+        (lambda table: by_x(None, table), "rows-out-of-order"),
+        (
+            lambda table: replace(table, poses=table.poses * ([100.0] * 3 + [1.0] * 4)),
+            "unit-of-lengths",
+        ),
+    ],
+    ids=["readings exchanged", "x and y exchanged", "poses sorted", "centimetres"],
+)
+def test_a_mistake_is_named_among_many_columns_before_the_search_has_to_end(cables, change, code):
+    robot, table = cables
+    wrong = change(table)
+    try:
+        found = symkin.identify(robot, wrong)
+        cause, corrected = found.doubts[0], found.corrected
+        assert "search-cut-short" not in {note.code for note in found.notes}
+    except symkin.SymkinError as error:
+        cause, corrected = error.likely_cause, error.corrected
+    assert (cause.code, cause.explains) == (code, True)
+    assert symkin.identify(robot, corrected).trustworthy

@@ -26,7 +26,7 @@ from symkin.estimate.evidence.edits import corrections_of, pairs_of
 from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.evidence.look_alikes import look_alikes
 from symkin.estimate.evidence.residuals import BETTER
-from symkin.estimate.evidence.screen import FIRST, Screen, ShortList
+from symkin.estimate.evidence.screen import FIRST, Screen, ShortList, agrees
 from symkin.estimate.evidence.trial import LITTLE, SECOND, Correction, Statement, per_degree
 from symkin.estimate.evidence.watching import is_watched
 from symkin.estimate.fit import LOOK_FOR
@@ -51,7 +51,8 @@ _EXPLAINED = 3.0  # per degree of freedom, at most, of what is named as the caus
 # Poses (without and with unknown frames) and steps of first looks, which what is mistaken does not
 # survive, and how many do.
 _LOOKS = ((2, 5, 4, 24), (12, 12, 6, 8))
-_A_LOOK = 5.0  # times what a screened correction costs
+_ALONE = 6.0  # columns that a screened correction costs as much as, whatever the robot
+_A_LOOK = 5 / 3  # columns that a look costs as much as, of a robot with one leg
 _TESTS = 10  # of the first at least, by what is observed besides the coordinates of its poses
 _HOPELESS = 1000.0  # times what another leaves that may well explain the data
 _NAMED = 4
@@ -117,14 +118,14 @@ class Budget:
     Attributes
     ----------
     left : float
-        Screened corrections, of a robot with one leg; they cost as the square of the legs, and
-        those at whose poses there has to be a look so many times as much. As many as there
-        are for a hexapod, of two corrections at once too, if they are screened.
+        What a screened correction costs, a column of readings of it; besides it costs as much as
+        some columns. One at whose poses there has to be a look costs as the square of the legs. As
+        many as there are for a hexapod, of two corrections at once too, if they are screened.
     spent : bool
         Whether it did not do for everything.
     """
 
-    left: float = 6e4
+    left: float = 2e4
     spent: bool = False
 
     def of(
@@ -132,7 +133,7 @@ class Budget:
     ) -> Iterator[Correction]:
         """As many of them as there is a budget for."""
         for each in corrections:
-            self.left -= legs**2 * (1 if screened else _A_LOOK)
+            self.left -= _ALONE + legs if screened else _A_LOOK * legs**2
             if self.left < 0:
                 self.spent = True
                 return
@@ -248,7 +249,7 @@ def hypotheses_of(
     # Too many to be named may each explain the data, and a second mistake is none then.
     if any(each.explained and each.per_degree > _TOO_GOOD for each in alone):
         return alone
-    if before < _GREAT or Screen.agrees(stated):
+    if before < _GREAT or agrees(stated, screen):
         return alone
     # Of so many some are much less bad than a great mistake; what they leave has to be little.
     parts = {each.what for each in proposed}

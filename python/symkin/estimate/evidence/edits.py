@@ -148,6 +148,8 @@ def _modes(stated: Correction) -> Iterator[Correction]:
     nominal = stated.mechanism
     modes = nominal.working_modes
     home = nominal.inverse_kinematics(nominal.home[None])
+    if _have_one_root(nominal, home):
+        return
     for legs in _sets(len(modes)):
         flipped = [-mode if leg in legs else mode for leg, mode in enumerate(modes)]
         parts = []
@@ -163,6 +165,12 @@ def _modes(stated: Correction) -> Iterator[Correction]:
             # A chain with one root does not care.
             if not np.array_equal(robot.inverse_kinematics(nominal.home[None]), home):
                 yield stated.of(cause, robot, stated.options)
+
+
+def _have_one_root(mechanism: Mechanism, home: Array) -> bool:
+    """Whether no leg cares for its mode, by their readings at home."""
+    flipped = with_modes(mechanism, [-mode for mode in mechanism.working_modes])
+    return np.array_equal(flipped.inverse_kinematics(mechanism.home[None]), home)
 
 
 def in_modes(mechanism: Mechanism, modes: Sequence[int]) -> list[Mechanism]:

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 
 from symkin.errors import SymkinError
 from symkin.estimate.evidence.trial import Correction
-from symkin.model.chains import shortest
 from symkin.model.core_setup import frames_of
 from symkin.model.framing import unframed
 from symkin.model.mechanism import Mechanism
@@ -24,7 +23,7 @@ from symkin.model.tolerances import parameter_tolerances
 from symkin.model.turns import turn_of
 from symkin.values import record
 
-__all__ = ["FIRST", "Screen", "ShortList"]
+__all__ = ["FIRST", "Screen", "ShortList", "agrees"]
 
 Array = NDArray[np.float64]
 
@@ -42,6 +41,7 @@ _HOPELESS = 1e4  # per reading, after a step
 _LOST = 1e12  # (r/s)^2 of a reading at a pose that the leg cannot take
 _OUT_OF_REACH = 1e3  # of chi-square, after a step
 _BEND = 3.0  # prior standard deviations, where a robust step's weights fall to a half
+_ROWS = 240  # by which corrections are told apart, evenly spread over a longer table
 
 
 class ShortList(NamedTuple):
@@ -72,7 +72,8 @@ class Screen:
 
     The readings of an edited table are compared with the inverse kinematics of the drawing, within
     what noise and tolerances make of them: first as they are, robustly, then after one Gauss-Newton
-    step of each leg's parameters. Unknown frames are where forward kinematics puts them.
+    step of each leg's parameters. Unknown frames are where forward kinematics puts them. What a
+    robot has at poses is found once for all corrections that leave both as they are.
     """
 
     drawn: Mechanism
@@ -110,7 +111,7 @@ class Screen:
 
     def score(self, correction: Correction) -> float:
         """Robust distance from the drawing per reading; infinite without any."""
-        taken = _Taken.of(correction)
+        taken = self._taken(correction)
         if taken is None:
             return math.inf
         squares = (taken.residuals / self._widths) ** 2
@@ -118,32 +119,21 @@ class Screen:
         logs = np.log1p(np.minimum(squares, _LOST))
         return float(logs[taken.read].mean()) + self._unbound(correction.mechanism, taken)
 
-    @staticmethod
-    def agrees(stated: Correction) -> bool:
-        """Whether most readings of each leg, or most positions, are where the drawing has them.
-
-        Then a mistake may be there, but no two of them.
-        """
-        screen = Screen.of(stated)
-        if screen is None:
-            return not stated.options.frames and _agrees_in_place(stated)
-        taken = _Taken.of(stated)
+    def agrees(self, stated: Correction) -> bool:
+        """As the function, by the readings of each leg."""
+        taken = self._taken(stated)
         if taken is None:
             return False
         off = np.where(np.isfinite(taken.residuals), np.abs(taken.residuals), np.inf)
         # No width of a leg out of reach.
-        widths = np.where(screen._widths > 0, screen._widths, 1.0)
+        widths = np.where(self._widths > 0, self._widths, 1.0)
         off = np.where(taken.read, off / widths, np.nan)
         return bool((np.nanmedian(off[:, taken.read.any(axis=0)], axis=0) < _AGREES).all())
 
     def step(self, correction: Correction) -> float:
         """Chi-square per reading after one step within the tolerances."""
-        taken = _Taken.of(correction)
-        return (
-            math.inf
-            if taken is None
-            else self._stepped(correction.mechanism, taken, robust=False)[0]
-        )
+        taken = self._taken(correction)
+        return math.inf if taken is None else self._stepped(taken, robust=False)[0]
 
     def settled(self, correction: Correction) -> Correction:
         """Give values to rows again, where that is the edit, by a robot that learns from them."""
@@ -151,24 +141,49 @@ class Screen:
 
     def _learnt(self, correction: Correction) -> Mechanism | None:
         """The robot after a robust step; None where there are no rows for one."""
-        robot, taken = correction.mechanism, _Taken.of(correction)
+        taken = self._taken(correction)
         if taken is None:
             return None
-        _, parameters = self._stepped(robot, taken, robust=True)
-        return robot.with_parameters(parameters, symmetry=None)
+        _, parameters = self._stepped(taken, robust=True)
+        return correction.mechanism.with_parameters(parameters, symmetry=None)
 
     @cached_property
     def _widths(self) -> Array:
         """Standard deviation of a reading of each leg, from noise and tolerances, at home."""
-        by_pose = self._noise_of(self.drawn, self.drawn.home[None])[0]
+        by_pose = self._noise_of(self.drawn.pose_jacobian(self.drawn.home[None]))[0]
         return np.asarray(np.sqrt(by_pose + _by_tolerances(self.drawn)))
 
-    def _noise_of(self, robot: Mechanism, poses: Array) -> Array:
+    @cached_property
+    def _places(self) -> dict[tuple[int, bytes], _Place]:
+        return {}
+
+    def _taken(self, correction: Correction) -> _Taken | None:
+        """Some rows of its table against its robot; None without a reading at a known pose."""
+        robot, measured = correction.mechanism, correction.measurements
+        if correction.options.frames:
+            try:
+                few = correction.some(_PLACED).measurements
+                setup = correction.model.problem(few, 1).setup
+            except SymkinError:
+                return None
+            robot = robot.replace(frames=frames_of(robot, setup))
+        if len(measured.poses) > _ROWS:
+            measured = correction.some(_ROWS).measurements
+        key = id(robot), measured.poses.tobytes()
+        place = self._places.get(key)
+        if place is None:
+            place = _Place.of(robot, measured.poses)
+            if robot is correction.mechanism:  # which lives as long as the place does
+                self._places[key] = place
+        read = place.known[:, None] & np.isfinite(measured.readings)
+        return _Taken(place, measured.readings, read) if read.any() else None
+
+    def _noise_of(self, by_pose: Array) -> Array:
         """Variance of readings less those at measured poses, shape (N, legs)."""
-        sigma = np.full(robot.space.dof, self.noise.position)
-        sigma[robot.space.size :] = self.noise.orientation
-        jacobian = robot.pose_jacobian(poses)
-        return np.asarray(self.noise.reading**2 + np.einsum("nld,d->nl", jacobian**2, sigma**2))
+        space = self.drawn.space
+        sigma = np.full(space.dof, self.noise.position)
+        sigma[space.size :] = self.noise.orientation
+        return np.asarray(self.noise.reading**2 + np.einsum("nld,d->nl", by_pose**2, sigma**2))
 
     def _unbound(self, robot: Mechanism, taken: _Taken) -> float:
         """As a score, how far poses are from those that the legs leave to a platform they bind."""
@@ -181,28 +196,28 @@ class Screen:
             tolerances.length,
             tolerances.angle * robot.characteristic_length,
         )
-        known = taken.known
+        known = taken.place.known
         off = [
-            robot.closure(leg, taken.poses[known], np.nan_to_num(taken.readings[known, leg]))
+            robot.closure(leg, taken.place.poses[known], np.nan_to_num(taken.readings[known, leg]))
             for leg in range(taken.readings.shape[1])
         ]
         binding = np.stack(off)[..., 1:] / width
         return float(np.log1p(binding[np.isfinite(binding)] ** 2).mean())
 
-    def _stepped(self, robot: Mechanism, taken: _Taken, *, robust: bool) -> tuple[float, Array]:
+    def _stepped(self, taken: _Taken, *, robust: bool) -> tuple[float, Array]:
         """Chi-square per reading, and the parameters, after a step of each leg's."""
-        parameters, tolerances = np.array(robot.parameters), parameter_tolerances(robot)
-        lost = taken.read & ~np.isfinite(taken.residuals)
+        place = taken.place
+        parameters, tolerances = np.array(place.robot.parameters), place.tolerances
+        residuals = taken.residuals
+        lost = taken.read & ~np.isfinite(residuals)
         total = _OUT_OF_REACH * float(lost.sum())
-        variances = np.full(taken.residuals.shape, np.nan)
-        variances[taken.known] = self._noise_of(robot, taken.poses[taken.known])
-        usable = taken.read & np.isfinite(taken.residuals) & np.isfinite(variances)
+        variances = self._noise_of(place.by_pose)
+        usable = taken.read & np.isfinite(residuals) & np.isfinite(variances)
         for leg in range(len(parameters)):
             rows = np.flatnonzero(usable[:, leg])
             free = tolerances[leg] > 0
-            jacobian = robot.parameter_jacobian(leg, taken.poses[rows])[:, free]
-            scaled = jacobian * tolerances[leg, free]
-            own = taken.residuals[rows, leg]
+            scaled = place.by_tolerances[leg][rows]
+            own = residuals[rows, leg]
             weights = 1 / variances[rows, leg]
             if robust:
                 weights /= 1 + (own / (_BEND * self._widths[leg])) ** 2
@@ -212,6 +227,16 @@ class Screen:
             total += float(weights @ own**2 - right @ step)
             parameters[leg, free] += tolerances[leg, free] * step
         return total / max(int(taken.read.sum()), 1), parameters
+
+
+def agrees(stated: Correction, screen: Screen | None) -> bool:
+    """Whether most readings of each leg, or most positions, are where the drawing has them.
+
+    Then a mistake may be there, but no two of them.
+    """
+    if screen is None:
+        return not stated.options.frames and _agrees_in_place(stated)
+    return screen.agrees(stated)
 
 
 def _by_tolerances(robot: Mechanism) -> Array:
@@ -244,33 +269,71 @@ def _agrees_in_place(stated: Correction) -> bool:
 
 
 @record
-class _Taken:
-    """A table against its robot: which readings it has at known poses, and how far they are off."""
+class _Place:
+    """A robot at poses, in its own frame: its readings there and their derivatives, found once."""
 
+    robot: Mechanism
     poses: Array
-    readings: Array
     known: NDArray[np.bool_]
-    read: NDArray[np.bool_]
-    residuals: Array
 
     @classmethod
-    def of(cls, correction: Correction) -> _Taken | None:
-        """In the robot's own frame; angles the shorter way round. None without any."""
-        robot, measured = correction.mechanism, correction.measurements
-        if correction.options.frames:
-            try:
-                few = correction.some(_PLACED).measurements
-                setup = correction.model.problem(few, 1).setup
-            except SymkinError:
-                return None
-            robot = robot.replace(frames=frames_of(robot, setup))
-        known = np.asarray(np.isfinite(measured.poses).all(axis=1))
-        poses = np.array(measured.poses)
+    def of(cls, robot: Mechanism, measured: Array) -> _Place:
+        """At poses as they were measured, of which some may not be known."""
+        known = np.asarray(np.isfinite(measured).all(axis=1))
+        poses = np.array(measured)
         poses[known] = unframed(robot, poses[known])
-        residuals = np.full(measured.readings.shape, np.nan)
-        away = measured.readings[known] - robot.inverse_kinematics(poses[known])
-        for leg in range(away.shape[1]):
-            away[:, leg] = shortest(away[:, leg], turn_of(robot, leg))
-        residuals[known] = away
-        read = known[:, None] & np.isfinite(measured.readings)
-        return cls(poses, measured.readings, known, read, residuals) if read.any() else None
+        return cls(robot, poses, known)
+
+    @cached_property
+    def readings(self) -> Array:
+        """Shape (N, legs); NaN where a pose is not known, or a leg does not reach it."""
+        found = np.full((len(self.poses), len(self.robot.legs)), np.nan)
+        found[self.known] = self.robot.inverse_kinematics(self.poses[self.known])
+        return found
+
+    @cached_property
+    def turns(self) -> Array:
+        """Turns of the legs' sensors; NaN of lengths."""
+        turns = (turn_of(self.robot, leg) for leg in range(len(self.robot.legs)))
+        return np.array([math.nan if each is None else each for each in turns])
+
+    @cached_property
+    def tolerances(self) -> Array:
+        """Of the parameters, shape (legs, p)."""
+        return parameter_tolerances(self.robot)
+
+    @cached_property
+    def by_pose(self) -> Array:
+        """Shape (N, legs, dof); NaN where no leg reaches."""
+        reached = np.isfinite(self.readings).any(axis=1)
+        found = np.full((*self.readings.shape, self.robot.space.dof), np.nan)
+        found[reached] = self.robot.pose_jacobian(self.poses[reached])
+        return found
+
+    @cached_property
+    def by_tolerances(self) -> tuple[Array, ...]:
+        """By what each leg has tolerances for, in these, shape (N, k)."""
+        found = []
+        for leg, tolerances in enumerate(self.tolerances):
+            reached = np.isfinite(self.readings[:, leg])
+            free = tolerances > 0
+            rows = np.full((len(self.poses), int(free.sum())), np.nan)
+            jacobian = self.robot.parameter_jacobian(leg, self.poses[reached])
+            rows[reached] = jacobian[:, free] * tolerances[free]
+            found.append(rows)
+        return tuple(found)
+
+
+@record
+class _Taken:
+    """Readings at a place, and which of them there are at known poses."""
+
+    place: _Place
+    readings: Array
+    read: NDArray[np.bool_]
+
+    @cached_property
+    def residuals(self) -> Array:
+        """Readings less the robot's, angles the shorter way round; NaN out of its reach."""
+        away, turns = self.readings - self.place.readings, self.place.turns
+        return np.where(np.isnan(turns), away, away - turns * np.round(away / turns))
