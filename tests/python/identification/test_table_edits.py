@@ -136,9 +136,10 @@ def test_mistakes_are_named_in_tables_of_plans_too(planned, change, code):
     assert cause_of(robot, change(robot, table)).code == code
 
 
-@pytest.mark.parametrize("row", [8, 20, 30])
+@pytest.mark.parametrize("row", [8, 20, -9])
 def test_it_is_said_from_which_row_on_readings_are_late(planned, row):
     robot, table = planned
+    row %= len(table)
     rest = table.subset(np.arange(len(table) - 1))
     lost = replace(rest, readings=np.delete(table.readings, row, axis=0))
     cause = cause_of(robot, lost)

@@ -76,6 +76,7 @@ __all__ = ["Evidence", "Noticed", "judged", "noticed"]
 
 # Standard deviations: with residuals of this size something else is wrong than a term.
 _GROSS = 30
+_SINGLE = 3  # rows with gross errors of their own
 _SENSORS = {"sensor-curved", "sensor-eccentric"}
 # What no change of parameters explains, since all that they could was taken out.
 _SHAPES = {
@@ -314,10 +315,12 @@ def _judged(estimate: Found, what: Noticed) -> Evidence:
     if changed is not None and not hidden:  # of so large a noise anything explains the rest
         return Evidence((*_beside(changed, what.symptoms), *what.lasting), tried, complete=True)
     if what.symptoms or not found.converged:
-        cause, rest = gross_errors(found) if found.legs else (None, found.measurements)
+        gross, rest = gross_errors(found) if found.legs else (None, found.measurements)
         shaped = partial(_shaped, found) if _has_shape(what) else _never
-        # Without gross errors too, if there are some: but all rows say which belong together.
-        for rows in (found.measurements, rest) if cause is None else ():
+        # Without gross errors too, if there are some: but all rows say which belong together, and
+        # those that do not fit, if they are many, what they have in common.
+        asked_of = (found.measurements, rest) if gross is None else (found.measurements,)
+        for rows in asked_of if gross is None or len(gross.rows) > _SINGLE else ():
             asked = found.nominal, rows, found.options
             tried = hypotheses_of(*asked, by_leg=bool(found.legs), budget=budget, shaped=shaped)
             cause = likely_cause(tried)
@@ -325,6 +328,8 @@ def _judged(estimate: Found, what: Noticed) -> Evidence:
                 corrected, redrawn = corrected_table(tried), corrected_drawing(tried)
             if rest is found.measurements or (cause is not None and cause.explains):
                 break
+        if gross is not None and (cause is None or not cause.explains):
+            cause, corrected, redrawn = gross, None, None
         if cause is None and not found.legs:  # dearer than what comes before it
             cause, _ = gross_errors(found)
             unlike = {
