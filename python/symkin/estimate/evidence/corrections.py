@@ -25,6 +25,7 @@ from symkin.estimate.evidence.bodies import AsPoses
 from symkin.estimate.evidence.edits import corrections_of, pairs_of
 from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.evidence.look_alikes import look_alikes
+from symkin.estimate.evidence.measured import copied_columns, taken_as_drawn
 from symkin.estimate.evidence.residuals import BETTER
 from symkin.estimate.evidence.screen import FIRST, Screen, ShortList, agrees
 from symkin.estimate.evidence.trial import LITTLE, SECOND, Correction, Statement, per_degree
@@ -160,15 +161,19 @@ def explained(
         yield
     except SymkinError as error:
         # What is refused before anything is fitted says why itself.
-        fitted = isinstance(error, (FailedFitError, NotIdentifiableError))
+        if not isinstance(error, (FailedFitError, NotIdentifiableError)):
+            raise
+        tried: tuple[Hypothesis, ...] = ()
         try:
-            tried = hypotheses_of(mechanism, measurements, options, by_leg=by_leg) if fitted else ()
+            cause = next(copied_columns(taken_as_drawn(mechanism, measurements)), None)
+            if cause is None:
+                tried = hypotheses_of(mechanism, measurements, options, by_leg=by_leg)
+                cause = likely_cause(tried)
         except KeyboardInterrupt:
             if not is_watched():
                 raise
             error.args = (f"{error}; Ctrl-C ended the search for a cause",)
             raise error from None
-        cause = likely_cause(tried)
         if cause is None:
             raise
         error.likely_cause, words = cause, str(cause)

@@ -181,9 +181,11 @@ def _noticed(
     alternatives: Callable[[], Sequence[Alternative]],
     model: Fitting,
 ) -> Noticed:
+    taken = taken_from(found)
+    if copied := tuple(copied_columns(taken)):  # and then all else says nothing
+        return Noticed(tuple(size), copied, (), ())
     result = diagnosed(found)
     tests, outliers = tests_of(found, result), outliers_of(found, result)
-    taken = taken_from(found)
     symptoms = [*doubts_of_poses(found), *signs_of_mistakes(found, taken), *doubts_of_noise(found)]
     # Where poses hardly tell parameters apart, first-order statistics say nothing of a model.
     told_apart = all(leg.condition <= CONDITION_LIMIT for leg in found.legs)
@@ -207,7 +209,6 @@ def _noticed(
     symptoms += coarse_readings(taken, found.noise) if symptoms else []
     # What can be asked for instead comes first: the rest may be due to that.
     symptoms.sort(key=lambda each: not each.options)
-    symptoms = [*(copied_columns(taken) if symptoms else ()), *symptoms]
     return Noticed(tuple(size), tuple(symptoms), tests, outliers)
 
 
@@ -314,6 +315,8 @@ def _judged(estimate: Found, what: Noticed) -> Evidence:
     hidden = any(each.code == "noise-hides-robot" for each in what.symptoms)
     if changed is not None and not hidden:  # of so large a noise anything explains the rest
         return Evidence((*_beside(changed, what.symptoms), *what.lasting), tried, complete=True)
+    if any(each.code == "columns-copied" for each in what.symptoms):
+        return Evidence(doubts, tried, complete=True)
     if what.symptoms or not found.converged:
         gross, rest = gross_errors(found) if found.legs else (None, found.measurements)
         shaped = partial(_shaped, found) if _has_shape(what) else _never

@@ -16,10 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin import _core
+from symkin.data.measurements import Measurements
 from symkin.data.observables import OBSERVABLES
 from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.found import Found
 from symkin.model.chains import shortest
+from symkin.model.framing import unframed
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import NoiseSettings
 from symkin.model.turns import turn_of, turned_home
@@ -34,6 +36,7 @@ __all__ = [
     "nearer_other_root",
     "other_modes",
     "signs_of_mistakes",
+    "taken_as_drawn",
     "taken_from",
     "turns_in_words",
     "with_modes",
@@ -88,6 +91,13 @@ def taken_from(found: Found) -> Taken:
         used, poses = np.isfinite(found.reading_errors), found.latent_poses
     readings = np.where(used, measurements.readings, np.nan)
     return Taken(found.nominal, found.mechanism, poses, readings, numbers)
+
+
+def taken_as_drawn(robot: Mechanism, measured: Measurements) -> Taken:
+    """All that was read, at the poses that are known in full, of a robot as it is drawn."""
+    poses, whole = np.full_like(measured.poses, np.nan), np.isfinite(measured.poses).all(axis=1)
+    poses[whole] = unframed(robot, measured.poses[whole])
+    return Taken(robot, robot, poses, measured.readings, measured.row_numbers)
 
 
 def other_modes(taken: Taken) -> Iterator[Doubt]:
