@@ -72,6 +72,20 @@ def test_without_the_row_the_estimate_is_sound(robot, taken):
     assert symkin.identify(robot, rest, prior="tolerances").trustworthy
 
 
+def test_it_is_no_row_in_millimetres_where_that_explains_only_a_part():
+    hexapod = symkin.load_mechanism("hexapod_jugglebot")
+    poses = symkin.sample_workspace(hexapod, 1000, seed=1).poses
+    every, none = np.arange(len(poses)), np.zeros(len(poses), dtype=bool)
+    readings = hexapod.inverse_kinematics(poses)
+    plan = symkin.Plan(hexapod, np.full(len(poses), -1), every, none, poses, readings)
+    taken = symkin.simulate(hexapod, plan, 1).measurements
+    row = int(np.argmax(np.abs(poses[:, 1])))
+    found = symkin.identify(hexapod, spoilt(taken, row, 1, 1000 * taken.poses[row, 1]))
+    (doubt,) = found.doubts
+    assert (doubt.code, doubt.rows) == ("rows-far-off", (int(taken.row_numbers[row]),))
+    assert doubt.explains
+
+
 def test_several_rows_are_named_together(robot, taken):
     wrong = spoilt(spoilt(spoilt(taken, 2, 0, 7.0), 9, 1, -30.0), 14, 0, 99.0, "readings")
     cause = cause_of(robot, wrong, estimator="joint")

@@ -429,9 +429,9 @@ def _explains(
 
 def _rivals(tried: Iterable[tuple[Correction, _core.JointFit | None]]) -> list[Correction]:
     """The best correction, and those that the data do not tell from it; none if these are many."""
-    # A row that is left out, or that no pose explains, explains itself as well as any other number.
+    # A row that is left out is explained by nothing, and one that no pose explains less than that.
     found = [
-        (each, fit.goodness.chi_square + BETTER * (each.left_out + len(fit.aside)), fit)
+        (each, fit.goodness.chi_square + BETTER * (each.left_out + 2 * len(fit.aside)), fit)
         for each, fit in tried
         if fit and per_degree(fit) > _TOO_GOOD
     ]

@@ -88,11 +88,14 @@ class Screen:
         return cls(stated.mechanism, stated.options.declared(stated.mechanism.noise))
 
     def short_list(self, stated: Correction, corrections: Iterable[Correction]) -> ShortList:
-        """Keep the few that can be it."""
+        """Keep the few that can be it.
+
+        What leaves rows out is open: of a long table they may not be among those looked at.
+        """
         wide: list[Correction] = []
         scored: dict[bool, list[tuple[float, Correction]]] = {False: [], True: []}
         for each in corrections:
-            if each.wide:
+            if each.wide or each.left_out:
                 wide.append(each)
             else:
                 scored[bool(each.options.frames)].append((self.score(each), each))
