@@ -61,6 +61,10 @@ def test_the_number_is_told_with_what_the_drawing_has(robot, taken):
     place, by_drawing = cause.words.split("(")[1].split(")")[0].split(", by the drawing ")
     assert place == "y: 50"
     assert float(by_drawing) == pytest.approx(taken.poses[4, 1], abs=0.01)
+    cause = cause_of(robot, spoilt(taken, 4, 0, 99.0, "readings"), prior="tolerances")
+    place, by_drawing = cause.words.split("(")[1].split(")")[0].split(", by the drawing ")
+    assert place == "reading of leg 1: 99"
+    assert float(by_drawing) == pytest.approx(taken.readings[4, 0], abs=0.01)
 
 
 def test_without_the_row_the_estimate_is_sound(robot, taken):

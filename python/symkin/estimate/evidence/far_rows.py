@@ -127,41 +127,43 @@ class _Away:
     drawn: Array
     readings: Array
     expected: Array
+    away: Array  # of readings, the shorter way round
 
     @classmethod
     def of(cls, stated: Correction) -> _Away:
         robot, measured = stated.mechanism, stated.measurements
         poses, readings = measured.poses, measured.readings
         drawn, expected = np.full_like(poses, np.nan), np.full_like(readings, np.nan)
+        away = expected.copy()
         if not stated.options.frames:
             read = np.isfinite(readings).all(axis=1)
             drawn[read] = framed(robot, robot.forward_kinematics(readings[read])[0])
             whole = np.isfinite(poses).all(axis=1)
             roots = robot.inverse_kinematics(unframed(robot, poses[whole]))
-            for leg in range(roots.shape[1]):  # counted as the reading is
-                turn = turn_of(robot, leg)
-                roots[:, leg] = readings[whole, leg] - shortest(
-                    readings[whole, leg] - roots[:, leg], turn
-                )
-            expected[whole] = roots
+            for leg in range(roots.shape[1]):  # counted as most readings are
+                read = readings[np.isfinite(readings[:, leg]), leg]
+                turn, usual = turn_of(robot, leg), np.median(read) if len(read) else 0.0
+                expected[whole, leg] = usual + shortest(roots[:, leg] - usual, turn)
+                away[whole, leg] = shortest(readings[whole, leg] - roots[:, leg], turn)
         space = measured.space
-        return cls((*space.position, *space.orientation), poses, drawn, readings, expected)
+        columns = (*space.position, *space.orientation)
+        return cls(columns, poses, drawn, readings, expected, away)
 
     def told(self, row: int) -> str:
         """The one reading, or coordinate, of a row that alone is far off; else nothing."""
-        reading = self._only(self.readings, self.expected, row)
+        reading = self._only(self.away, row)
         if reading is not None:
             value, usual = self.readings[row, reading], self.expected[row, reading]
             return f" (reading of leg {reading + 1}: {value:.6g}, by the drawing {usual:.4g})"
-        place = self._only(self.poses, self.drawn, row)
+        place = self._only(self.poses - self.drawn, row)
         if place is None:
             return ""
         value, usual = self.poses[row, place], self.drawn[row, place]
         return f" ({self.columns[place]}: {value:.6g}, by the drawing {usual:.4g})"
 
     @staticmethod
-    def _only(values: Array, drawn: Array, row: int) -> int | None:
-        away = np.abs(values - drawn)
+    def _only(away: Array, row: int) -> int | None:
+        away = np.abs(away)
         known = np.asarray(np.isfinite(away).all(axis=1))
         if not known[row]:
             return None
