@@ -7,10 +7,11 @@ import math
 
 import numpy as np
 
+from symkin.model.chains import shortest
 from symkin.model.mechanism import Mechanism
 from symkin.model.sensor_table import SAME_TURN, Array
 
-__all__ = ["turn_of", "turned_home", "turned_into_table"]
+__all__ = ["shortest_ways", "turn_of", "turned_home", "turned_into_table"]
 
 
 def turn_of(mechanism: Mechanism, leg: int) -> float | None:
@@ -18,6 +19,14 @@ def turn_of(mechanism: Mechanism, leg: int) -> float | None:
     if mechanism.leg_info(leg).reading_unit != "rad":
         return None
     return abs(2 * math.pi / float(mechanism.sensor_gains[leg]))
+
+
+def shortest_ways(mechanism: Mechanism, differences: Array) -> Array:
+    """Differences of readings, (..., legs), by the shortest turns of each leg."""
+    ways = np.array(differences)
+    for leg in range(ways.shape[-1]):
+        ways[..., leg] = shortest(ways[..., leg], turn_of(mechanism, leg))
+    return ways
 
 
 def turned_into_table(mechanism: Mechanism, straight: Array) -> Array:

@@ -16,10 +16,9 @@ from numpy.typing import NDArray
 from symkin.errors import SymkinError, few
 from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.evidence.trial import Correction
-from symkin.model.chains import shortest
 from symkin.model.framing import framed, unframed
 from symkin.model.poses import transforms
-from symkin.model.turns import turn_of
+from symkin.model.turns import shortest_ways
 
 __all__ = ["without_far_rows"]
 
@@ -140,11 +139,12 @@ class _Away:
             drawn[read] = framed(robot, robot.forward_kinematics(readings[read])[0])
             whole = np.isfinite(poses).all(axis=1)
             roots = robot.inverse_kinematics(unframed(robot, poses[whole]))
-            for leg in range(roots.shape[1]):  # counted as most readings are
-                read = readings[np.isfinite(readings[:, leg]), leg]
-                turn, usual = turn_of(robot, leg), np.median(read) if len(read) else 0.0
-                expected[whole, leg] = usual + shortest(roots[:, leg] - usual, turn)
-                away[whole, leg] = shortest(readings[whole, leg] - roots[:, leg], turn)
+            away[whole] = shortest_ways(robot, readings[whole] - roots)
+            # Counted as most readings are.
+            usual = np.zeros(roots.shape[1])
+            seen = np.isfinite(readings).any(axis=0)
+            usual[seen] = np.nanmedian(readings[:, seen], axis=0)
+            expected[whole] = usual + shortest_ways(robot, roots - usual)
         space = measured.space
         columns = (*space.position, *space.orientation)
         return cls(columns, poses, drawn, readings, expected, away)

@@ -24,7 +24,7 @@ from symkin.model.chains import shortest
 from symkin.model.framing import unframed
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import NoiseSettings
-from symkin.model.turns import turn_of, turned_home
+from symkin.model.turns import shortest_ways, turn_of, turned_home
 
 __all__ = [
     "Taken",
@@ -123,9 +123,8 @@ def nearer_other_root(taken: Taken) -> NDArray[np.bool_]:
     """Which readings, shape (N, legs), are nearer to the root of the other working mode."""
     calibrated = taken.calibrated
     flipped = with_modes(calibrated, [-mode for mode in calibrated.working_modes])
-    turns = [turn_of(calibrated, leg) for leg in range(len(calibrated.legs))]
     own, other = (
-        np.column_stack([np.abs(shortest(*each)) for each in zip(away.T, turns, strict=True)])
+        np.abs(shortest_ways(calibrated, away))
         for away in (
             taken.readings - robot.inverse_kinematics(taken.poses)
             for robot in (calibrated, flipped)

@@ -16,10 +16,9 @@ from symkin.errors import SymkinError
 from symkin.estimate.evidence.assignment import assigned
 from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.evidence.trial import Correction
-from symkin.model.chains import shortest
 from symkin.model.framing import framed, unframed
 from symkin.model.mechanism import Mechanism
-from symkin.model.turns import turn_of
+from symkin.model.turns import shortest_ways
 
 __all__ = ["edits_of_rows"]
 
@@ -237,9 +236,8 @@ def _by_readings(robot: Mechanism, measured: Measurements) -> Array:
         costs = np.square(away[..., : robot.space.size]).sum(axis=2)
         return np.where(np.isfinite(costs), costs, _BEYOND)
     roots = robot.inverse_kinematics(unframed(robot, measured.poses))
-    away = measured.readings[None] - roots[:, None]  # (poses, readings, legs)
-    for leg in range(away.shape[2]):
-        away[..., leg] = shortest(away[..., leg], turn_of(robot, leg))
+    # Of poses, readings and legs.
+    away = shortest_ways(robot, measured.readings[None] - roots[:, None])
     read = np.isfinite(measured.readings)
     spread = np.std(np.where(read, measured.readings, 0.0), axis=0, where=read | ~read.any(axis=0))
     costs = np.nansum((away / np.where(spread > 0, spread, 1.0)) ** 2, axis=2)
@@ -279,9 +277,7 @@ def _tried(robot: Mechanism, measured: Measurements, column: int) -> Measurement
 
 def _distances(robot: Mechanism, poses: Array, readings: Array) -> Array:
     """How far readings are from those of a robot at poses, (N, legs), in their spread."""
-    away = readings - robot.inverse_kinematics(unframed(robot, poses))
-    for leg in range(away.shape[1]):
-        away[:, leg] = shortest(away[:, leg], turn_of(robot, leg))
+    away = shortest_ways(robot, readings - robot.inverse_kinematics(unframed(robot, poses)))
     return np.where(np.isfinite(readings) & ~np.isfinite(away), _BEYOND, np.nan_to_num(away))
 
 
