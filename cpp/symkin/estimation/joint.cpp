@@ -177,14 +177,16 @@ void add_rows(const LinearPose& pose, const RowShares& shares, std::vector<RowFi
     const double multiplier = shares.multipliers[k];
     const double all = shares.variances[k];
     const double variance = all - shares.explained[k];
+    // A closure is to vanish at the reading less its error, and what is observed is to be the model
+    // and its error.
     const bool reading = origin.kind == RowOrigin::Kind::closure;
-    const double unit = reading && origin.by_error != 0 ? origin.by_error : 1;
+    const double unit = reading && origin.by_error != 0 ? -origin.by_error : 1;
     RowFit row{origin.pose,  static_cast<int>(origin.kind),
                origin.index, -pose.variances[k] * multiplier / unit,
                kMissing,     kMissing};
     if (variance > kSilent * all) {
       row.t = -multiplier / std::sqrt(variance) * (unit < 0 ? -1 : 1);
-      row.blunder = multiplier / variance / unit;
+      row.blunder = -multiplier / variance / unit;
     }
     rows.push_back(row);
   }

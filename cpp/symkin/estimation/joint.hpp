@@ -40,7 +40,7 @@ struct RowFit {
   // 10 offset.
   int kind;
   Index index;  // the leg, the component, the point's coordinate, the anchor, the angle, the pair
-  double residual;  // estimated error of the observation, in its own unit
+  double residual;  // estimated error of the observation: what it is too large by, in its own unit
   double t;         // standard normal if the row is sound, NaN where nothing can be said
   double blunder;   // the error that it would have if it alone were wrong, in its own unit
 };

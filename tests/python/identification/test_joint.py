@@ -321,6 +321,22 @@ def test_a_curved_sensor_is_told_and_found(paper, taken):
     assert curved.residual_rms < straight.residual_rms
 
 
+@pytest.mark.parametrize(("name", "column"), [("readings", 1), ("poses", 1), ("poses", 2)])
+@pytest.mark.parametrize("off", [5e-3, -5e-3])
+def test_an_observation_is_off_by_what_it_is_too_large_by(paper, taken, name, column, off):
+    robot = paper.replace(noise=dataclasses.replace(paper.noise, reading=1e-5))
+    values = np.array(getattr(taken.measurements, name))
+    values[7, column] += off
+    spoiled = dataclasses.replace(taken.measurements, **{name: values})
+    found = symkin.identify(robot, spoiled, "joint", prior="tolerances")
+    worst = found.outliers[0]
+    assert (worst.row, worst.size) == (7, pytest.approx(off, abs=1e-3))
+    rows, known = found.rows, np.isfinite(found.rows.t)
+    assert np.sign(worst.student) == np.sign(off)
+    np.testing.assert_array_equal(np.sign(rows.blunder[known]), np.sign(rows.t[known]))
+    np.testing.assert_array_equal(np.sign(rows.residual[known]), np.sign(rows.t[known]))
+
+
 def test_a_blunder_is_named_with_its_reading_leg_and_size(paper, taken):
     readings = np.array(taken.measurements.readings)
     readings[7, 1] += 5e-3
