@@ -115,3 +115,30 @@ def test_rows_are_as_far_off_wherever_the_device_stands(robot, taken):
     first, second = corrections(robot, wrong, **asked), corrections(robot, moved, **asked)
     assert [each.cause.rows for each in first] == [each.cause.rows for each in second]
     assert (int(taken.row_numbers[4]),) in [each.cause.rows for each in first]
+
+
+@pytest.fixture(scope="module")
+def printer():
+    return symkin.load_mechanism("linear_delta")
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(("row", "off"), [(3, 1e-3), (10, 1e-3), (6, 5e-4), (10, 5e-3)])
+def test_a_height_that_was_mistyped_is_named_and_nothing_beside_it(printer, seed, row, off):
+    plan = printer.plan(seed=1, observe="height")
+    heights = printer.simulate(plan, seed=seed, observe="height").measurements
+    wrong = spoilt(heights, row, ..., heights.heights[row] + off, "heights")
+    (doubt,) = symkin.identify(printer, wrong).doubts
+    assert (doubt.code, doubt.rows) == ("rows-unlike", (int(heights.row_numbers[row]),))
+    assert "(height: off by " in doubt.cause
+    assert doubt.size == pytest.approx(off, rel=0.35)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_what_slipped_is_no_row_that_was_mistyped(printer, seed):
+    plan = printer.plan(seed=1, observe="height")
+    taken = printer.simulate(plan, seed=seed, observe="height").measurements
+    slipped = taken.readings.copy()
+    slipped[8:, 1] += 1e-3
+    found = symkin.identify(printer, dataclasses.replace(taken, readings=slipped))
+    assert [doubt.code for doubt in found.doubts] == ["steps"]

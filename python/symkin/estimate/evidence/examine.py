@@ -49,7 +49,7 @@ from symkin.estimate.evidence.measured import (
     taken_from,
 )
 from symkin.estimate.evidence.models import Fitting, help_of, model_of
-from symkin.estimate.evidence.outliers import Outlier, doubts_of_rows, outliers_of
+from symkin.estimate.evidence.outliers import Outlier, doubts_of_rows, explain_all, outliers_of
 from symkin.estimate.evidence.residuals import (
     ResidualTest,
     diagnosed,
@@ -186,6 +186,8 @@ def _noticed(
         return Noticed(tuple(size), copied, (), ())
     result = diagnosed(found)
     tests, outliers = tests_of(found, result), outliers_of(found, result)
+    if explain_all(found, outliers):  # of which all else may be a consequence
+        return Noticed(tuple(size), tuple(doubts_of_rows(found, outliers)), tests, outliers)
     symptoms = [*doubts_of_poses(found), *signs_of_mistakes(found, taken), *doubts_of_noise(found)]
     # Where poses hardly tell parameters apart, first-order statistics say nothing of a model.
     told_apart = all(leg.condition <= CONDITION_LIMIT for leg in found.legs)

@@ -18,9 +18,18 @@ from symkin.estimate.found import Found
 from symkin.estimate.problem import KINDS, Rows
 from symkin.values import Value, field, record
 
-__all__ = ["Outlier", "blunder_limit", "blunders_of", "doubts_of_rows", "outliers_of"]
+__all__ = [
+    "Outlier",
+    "blunder_limit",
+    "blunders_of",
+    "doubts_of_rows",
+    "explain_all",
+    "outliers_of",
+]
 
 _NAMED = 5
+_READINGS = "readings"
+_ASIDE = 0.1  # of the rows, if not one
 _ALIKE = 1 - 1e-6  # of t: observations of a pose that nothing tells apart
 
 
@@ -103,27 +112,53 @@ def blunder_limit(found: Found) -> float:
 
 
 def blunders_of(found: Found) -> Iterator[Outlier]:
-    """Give single observations that do not fit, the worst first; of a pose only the worst."""
+    """Give single observations that do not fit, the worst first; of a pose only the worst.
+
+    By the size of all other residuals: one that is far off makes the whole sum large.
+    """
     rows, numbers, space = found.rows, found.measurements.row_numbers, found.nominal.pose_space
-    t, limit, seen = np.nan_to_num(rows.t), blunder_limit(found), set[int]()
-    for place in np.argsort(-np.abs(t)).tolist():
-        if abs(t[place]) <= limit:
-            break
-        row = int(rows.pose[place])
+    t, limit, seen = np.nan_to_num(rows.t), blunder_limit(found) / found.spread, set[int]()
+    left, spare = found.chi_square, found.degrees_of_freedom
+    for worst in np.argsort(-np.abs(t)).tolist():
+        place, row = worst, int(rows.pose[worst])
         if row in seen:
             continue
+        left, spare = left - float(t[place]) ** 2, spare - 1
+        others = math.sqrt(max(left / spare, 1.0)) if spare > 0 else math.inf
+        spread = min(found.spread, others)
+        if abs(t[place]) <= limit * spread:
+            break
         seen.add(row)
+        # With one condition any observation of the pose may be it, and a reading is seldom typed.
+        alike = np.flatnonzero((rows.pose == row) & (np.abs(t) > _ALIKE * abs(t[place])))
+        place = next(
+            (each for each in alike.tolist() if KINDS[rows.kind[each]] != _READINGS), place
+        )
         yield Outlier(
             row=row,
             row_number=int(numbers[row]),
             what=rows.what(place, space),
-            leg=int(rows.index[place]) if KINDS[rows.kind[place]] == "readings" else None,
+            leg=int(rows.index[place]) if KINDS[rows.kind[place]] == _READINGS else None,
             student=float(t[place]),
-            p_value=2 * NormalDist().cdf(-abs(t[place]) / found.spread),
+            p_value=2 * NormalDist().cdf(-abs(t[place]) / spread),
             size=float(rows.blunder[place]),
             unit=rows.unit(place, space, found.nominal.reading_unit),
             place=place,
         )
+        if found.unexplained and left <= found.limit:  # what is left is far off by this one alone
+            break
+
+
+def explain_all(found: Found, outliers: Sequence[Outlier]) -> bool:
+    """Whether without a few single observations noise explains the others."""
+    single = [each for each in outliers if each.place >= 0]
+    if (
+        not single
+        or not found.unexplained
+        or len(single) > max(_ASIDE * len(found.measurements), 1)
+    ):
+        return False
+    return found.chi_square - sum(each.student**2 for each in single) <= found.limit
 
 
 def doubts_of_rows(found: Found, outliers: Sequence[Outlier]) -> Iterator[Doubt]:
