@@ -750,3 +750,15 @@ def test_a_sag_that_parameters_take_up_is_told_and_not_what_they_became(estimato
     made = robot.with_parameters(parameters, symmetry=None)
     far = symkin.identify(robot, at_random(robot, 1, made).for_all_legs(), estimator).doubts
     assert {each.code for each in far} == {"far-from-drawing", "parameters-far"}
+
+
+@pytest.mark.parametrize("times", [1.02, 1.1])
+def test_rods_of_another_length_than_drawn_are_no_sag(times):
+    delta = symkin.load_mechanism("rotary_delta")
+    taken = delta.simulate(delta.plan(seed=1), seed=1).measurements
+    parameters = delta.parameters.copy()
+    parameters[:, delta.parameter_names.index("distal_length")] *= times
+    doubts = symkin.identify(delta.with_parameters(parameters), taken).doubts
+    assert "sags" not in [each.code for each in doubts]
+    (far,) = (each for each in doubts if each.code == "parameters-far")
+    assert "distal_length" in far.cause

@@ -227,7 +227,8 @@ def _sags_within_tolerances(found: Found, apart: Sequence[int]) -> list[Doubt]:
         found.options, prior="tolerances", gauge="prior", poses="all", noise=found.noise
     )
     try:
-        return list(doubts_of_sag(together(robot, found.measurements, options), apart))
+        within = together(robot, found.measurements, options)
+        return list(doubts_of_sag(within, apart, whole=True))
     except SymkinError:
         return []
 

@@ -28,10 +28,13 @@ SAG_ALARMS = ALARMS / 5
 _SEEN = 1e-3  # of a column, at least, that other unknowns leave
 
 
-def doubts_of_sag(found: Found, apart: Sequence[int] = ()) -> Iterator[Doubt]:
+def doubts_of_sag(
+    found: Found, apart: Sequence[int] = (), *, whole: bool = False
+) -> Iterator[Doubt]:
     """Say it of the coordinate that shows it most, without the poses that are outliers.
 
-    All coordinates together alarm for one of 10 000 sound robots: all doubts are one of a hundred.
+    If it explains what is too much, or most of it unless that is not enough (`whole`). All
+    coordinates together alarm for one of 10 000 sound robots: all doubts are one of a hundred.
     """
     try:
         rows = rows_of_changes(found, tuple(apart))
@@ -54,7 +57,8 @@ def doubts_of_sag(found: Found, apart: Sequence[int] = ()) -> Iterator[Doubt]:
     }
     worst = max(scores, key=lambda name: abs(scores[name]))
     p_value = float(_core.chi_square_tail(scores[worst] ** 2, 1))
-    accounted = usual(square - drop, spare) or drop > (square - rows.spare) / 2
+    most = not whole and drop > (square - rows.spare) / 2
+    accounted = most or usual(square - drop, spare)
     if p_value >= SAG_ALARMS / len(columns) or not accounted:
         return
     deviation = float(scale / np.linalg.norm(columns[worst]))
