@@ -266,6 +266,13 @@ def _load_what_tells(kind: type) -> None:
                 importlib.import_module(name)
 
 
+def _teller(function: Any, result: object) -> Any:
+    """What a function of this module has registered for a result; None if nothing."""
+    _load_what_tells(type(result))
+    told = function.dispatch(type(result))
+    return None if told is function.dispatch(object) else told
+
+
 def kinds_told() -> list[type]:
     """The classes that there are pages of."""
     importlib.import_module("symkin.show.pages")
@@ -281,9 +288,8 @@ def page_of(result: object) -> Page:
     TypeError
         For what has no page.
     """
-    _load_what_tells(type(result))
-    told = page_of.dispatch(type(result))
-    if told is page_of.dispatch(object):
+    told = _teller(page_of, result)
+    if told is None:
         raise TypeError(f"there is no page of a {type(result).__name__}")
     page: Page = told(result)
     return page
@@ -292,22 +298,16 @@ def page_of(result: object) -> Page:
 @functools.singledispatch
 def summary_of(result: object) -> Page:
     """Return the top of a result's page, without what takes longer to calculate."""
-    _load_what_tells(type(result))
-    told = summary_of.dispatch(type(result))
-    page: Page = page_of(result) if told is summary_of.dispatch(object) else told(result)
+    told = _teller(summary_of, result)
+    page: Page = page_of(result) if told is None else told(result)
     return page
 
 
 @functools.singledispatch
 def notebook_of(result: object) -> str:
     """Return what a notebook shows of an object, HTML."""
-    _load_what_tells(type(result))
-    told = notebook_of.dispatch(type(result))
-    html: str = (
-        _rendering().summary_html(summary_of(result))
-        if told is notebook_of.dispatch(object)
-        else told(result)
-    )
+    told = _teller(notebook_of, result)
+    html: str = _rendering().summary_html(summary_of(result)) if told is None else told(result)
     return html
 
 
