@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 
 from symkin.errors import QuantityError
 from symkin.model.mechanism import Mechanism
-from symkin.storage.quantities import unit_factor
+from symkin.storage.quantities import COUNTS, unit_factor
 from symkin.storage.tables import Table
 from symkin.values import record
 
@@ -20,6 +20,9 @@ _WORDS = re.compile(r"[^\W\d_]+|\d+")
 UNIT = "?"  # of names without one
 _UNIT_KEYS = {"position": "position_unit", "readings": "reading_unit", "angle": "orientation_unit"}
 _ANGLES = {"phi", "theta", "yaw", "angle", "rotation", "orientation", "rz"}
+_ATTITUDE = ("roll", "pitch", "yaw")
+_COUNTS = {*COUNTS, *(f"{name}s" for name in COUNTS), "ticks"}  # of a size that no name says
+_COORDINATE = re.compile(r"([pqt])([xyzw])")  # as in qx and tx
 
 
 @record
@@ -37,9 +40,15 @@ class _Column:
         stem, unit = name, ""
         if found := _UNIT.fullmatch(name):
             written = found[2].replace("°", "deg")
+            if written.isupper():
+                written = written.lower()
             if any(_is_unit(written, si_unit) for si_unit in ("m", "rad")):
                 stem, unit = found[1], written
+            elif written in _COUNTS:
+                stem = found[1]
         words = tuple(_WORDS.findall(stem.lower()))
+        if words and (parts := _COORDINATE.fullmatch(words[-1])):
+            words = (*words[:-1], *parts.groups())
         return cls(name, words[:-1], words[-1], unit) if words else None
 
 
@@ -48,8 +57,8 @@ def mapping_for(table: Table, mechanism: Mechanism) -> str:
 
     It is a guess by names, for who knows what the table holds: a position by the last letters x, y
     and z of names that begin alike, readings by as many names, numbered from 0 or 1, as are read.
-    An orientation in space is told by a quaternion alone, since three angles may be any. A unit
-    that no name says is `UNIT`.
+    An orientation in space is told by a quaternion, or by roll, pitch and yaw; other three angles
+    may be any. A unit that no name says is `UNIT`.
     """
     space, count = mechanism.space, mechanism.reading_count
     columns = [each for name in table.names if (each := _Column.of(name)) is not None]
@@ -59,8 +68,14 @@ def mapping_for(table: Table, mechanism: Mechanism) -> str:
         return ""
     said = {"position": position, "readings": readings}
     units = {"position": "m", "readings": mechanism.reading_unit}
+    further = ""
     if space.has_quaternion:
         said["quaternion"] = _alike(columns, ("x", "y", "z", "w"), "")
+        if not said["quaternion"]:
+            del said["quaternion"]
+            further = _attitude(columns)
+            if not further:
+                return ""
     elif space.has_angle:
         said["angle"] = [each for each in columns if each.last in _ANGLES and not each.before]
         units["angle"] = "rad"
@@ -72,14 +87,31 @@ def mapping_for(table: Table, mechanism: Mechanism) -> str:
     for key, found in said.items():
         if not found:
             return ""
-        names = [json.dumps(each.name, ensure_ascii=False) for each in found]
+        names = [_quoted(each) for each in found]
         parts.append(f"{key} = " + (names[0] if key == "angle" else f"[{', '.join(names)}]"))
         if key in units:
             unit = found[0].unit
             if len({each.unit for each in found}) > 1 or (unit and not _is_unit(unit, units[key])):
                 return ""
             parts.append(f'{_UNIT_KEYS[key]} = "{unit or UNIT}"')
+    if further:
+        parts.append(further)
     return f"measurements = {{ {', '.join(parts)} }}"
+
+
+def _attitude(columns: Sequence[_Column]) -> str:
+    """The key that says which columns are roll, pitch and yaw, with their units; or nothing."""
+    named = {name: [each for each in columns if each.last == name] for name in _ATTITUDE}
+    names = []
+    for name, found in named.items():
+        if len(found) != 1 or (found[0].unit and not _is_unit(found[0].unit, "rad")):
+            return ""
+        names.append(f"{name}_{found[0].unit or UNIT} = {_quoted(found[0])}")
+    return f"names = {{ {', '.join(names)} }}"
+
+
+def _quoted(column: _Column) -> str:
+    return json.dumps(column.name, ensure_ascii=False)
 
 
 def _is_unit(unit: str, si_unit: str) -> bool:

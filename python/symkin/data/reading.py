@@ -28,6 +28,7 @@ from symkin.data.columns import (
     read_observed,
     read_partners,
     read_pose_values,
+    reading_column_names,
     stated_units,
 )
 from symkin.data.foreign import UNIT, mapping_for
@@ -309,27 +310,34 @@ def _columns_for(table: Table, mechanism: Mechanism) -> MeasurementColumns:
     space, legs = mechanism.pose_space, mechanism.reading_count
     columns = own_columns(table, space, legs, partial=True)
     own_names = has_pose(columns) or has_observed_columns(table, space)
+    lacks_pose = not own_names and not mechanism.core.redundant
+    has_readings = any(is_present(table, name, None) for name in columns.readings)
+    if mapped is None and lacks_pose and mechanism.space.in_space and has_readings:
+        open_ = ", ".join(mechanism.open_coordinates)
+        if open_:
+            raise table.error(
+                f"has readings, and nothing of the pose, of which they leave {open_} to "
+                f"gravity; expected columns of what was measured beside them, {open_} or more"
+            )
+        raise table.error(
+            "has readings, and neither poses nor heights; where a probe touched a bed, add a "
+            "column height_mm of zeros"
+        )
+    if (lacks_pose or not has_readings) and (mapping := mapping_for(table, mechanism)):
+        wanted = [
+            *([] if own_names else pose_column_names(space)[:1]),
+            *([] if has_readings else reading_column_names(1, mechanism.reading_unit)),
+        ]
+        size = ' (of counts, the size of one: "360 deg/4096/count")'
+        units = f", with a unit for each {UNIT}{size}," if UNIT in mapping else ""
+        raise table.error(
+            f"has no columns of symkin's names, such as {' and '.join(wanted)}; if this "
+            f"is what it holds, put it{units} as a line into a file (--columns FILE, in Python "
+            f"columns=symkin.load_columns(FILE)): {mapping}"
+        )
     if mapped is not None and not own_names:
         return mapped
-    if not own_names and not mechanism.core.redundant:
-        if mechanism.space.in_space and is_present(table, "psi_1", None):
-            open_ = ", ".join(mechanism.open_coordinates)
-            if open_:
-                raise table.error(
-                    f"has readings, and nothing of the pose, of which they leave {open_} to "
-                    f"gravity; expected columns of what was measured beside them, {open_} or more"
-                )
-            raise table.error(
-                "has readings, and neither poses nor heights; where a probe touched a bed, add a "
-                "column height_mm of zeros"
-            )
-        if mapping := mapping_for(table, mechanism):
-            units = f", with a unit for each {UNIT}," if UNIT in mapping else ""
-            raise table.error(
-                f"has no columns of symkin's names, such as {pose_column_names(space)[0]}; if this "
-                f"is what it holds, put it{units} as a line into a file (--columns FILE, in Python "
-                f"columns=symkin.load_columns(FILE)): {mapping}"
-            )
+    if lacks_pose:
         return own_columns(table, space, legs)  # of which there is none: the error says so
     return columns
 

@@ -172,9 +172,12 @@ class Table:
         if isinstance(column, str):
             raise self.error(f'column "{name}" holds {column}; expected numbers')
         numbers = column.numbers()
+        instead = ", or an empty cell for what was not read" if empty_allowed else ""
         if numbers.text:
             row, cell = numbers.text
-            raise self.row_error(row, f'has "{cell}" in column "{name}"; expected a number')
+            raise self.row_error(
+                row, f'has "{cell}" in column "{name}"; expected a number{instead}'
+            )
         self._check_marks(numbers)
         values, empty = numbers.values, numbers.empty
         if empty.any() and not empty_allowed:
@@ -184,7 +187,6 @@ class Table:
         strange = ~np.isfinite(values) & ~empty
         if strange.any():
             index = int(np.argmax(strange))
-            instead = ", or an empty cell for what was not read" if empty_allowed else ""
             raise self.row_error(
                 index, f'has {values[index]} in column "{name}"; expected a finite number{instead}'
             )

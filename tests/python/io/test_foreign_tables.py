@@ -46,6 +46,24 @@ def proposed(robot: str, names: list[str]) -> str:
             f"readings = {_LEGS}, ".replace("'", '"')
             + f'reading_unit = "?", quaternion = {_QUATERNION}'.replace("'", '"'),
         ),
+        (
+            "hexapod_jugglebot",
+            ["TX [MM]", "TY [MM]", "TZ [MM]", "QW", "QX", "QY", "QZ"]
+            + [f"encoder_{number}_counts" for number in range(1, 7)],
+            'position = ["TX [MM]", "TY [MM]", "TZ [MM]"], position_unit = "mm", '
+            f"readings = {[f'encoder_{number}_counts' for number in range(1, 7)]}, ".replace(
+                "'", '"'
+            )
+            + 'reading_unit = "?", quaternion = ["QX", "QY", "QZ", "QW"]',
+        ),
+        (
+            "hexapod_jugglebot",
+            ["X [mm]", "Y [mm]", "Z [mm]", "Roll [deg]", "Pitch [deg]", "Yaw [deg]", *_LEGS],
+            'position = ["X [mm]", "Y [mm]", "Z [mm]"], position_unit = "mm", '
+            f"readings = {_LEGS}, ".replace("'", '"')
+            + 'reading_unit = "?", names = { roll_deg = "Roll [deg]", pitch_deg = "Pitch [deg]", '
+            'yaw_deg = "Yaw [deg]" }',
+        ),
     ],
 )
 def test_columns_are_proposed_by_their_names(robot: str, names: list[str], mapping: str) -> None:
@@ -86,3 +104,13 @@ def test_the_line_that_a_refusal_proposes_reads_the_table(tmp_path: Path) -> Non
     read = symkin.read_measurements(columns, robot, mapping, ignore=["Nr"])
     assert np.allclose(read.poses, taken.poses)
     assert np.allclose(read.readings, taken.readings)
+
+
+@pytest.mark.parametrize("robot", ["hexapod_jugglebot", "3RPS"])
+def test_a_mapping_is_proposed_where_readings_alone_have_foreign_names(robot: str) -> None:
+    mechanism = symkin.load_mechanism(robot)
+    taken = symkin.simulate(mechanism, symkin.plan(mechanism, 8, design="mechanism")).measurements
+    columns = dict(zip(("x_m", "y_m", "z_m", "qx", "qy", "qz", "qw"), taken.poses.T, strict=True))
+    columns |= {f"joint{leg + 1}": each for leg, each in enumerate(taken.readings.T)}
+    with pytest.raises(MeasurementError, match=r'readings = \["joint1", "joint2", "joint3"'):
+        symkin.read_measurements(columns, mechanism)
