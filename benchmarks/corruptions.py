@@ -46,13 +46,14 @@ Spoil = Callable[[symkin.Mechanism, Table, np.random.Generator], Table]
 class Corruption(NamedTuple):
     """A change of what was measured, and the codes that name it; none if only doubt is right.
 
-    `assumed` is what no test can see, so that a note must name it.
+    `assumed` is what no test can see, so that a note must name it; `drawn` changes the drawing.
     """
 
     change: Spoil
     codes: tuple[str, ...] = ()
     where: Callable[[symkin.Mechanism], bool] = lambda _: True
     assumed: str = ""
+    drawn: Callable[[symkin.Mechanism], symkin.Mechanism] = lambda robot: robot
 
 
 def readings(change: Callable[..., Any]) -> Spoil:
@@ -290,6 +291,32 @@ def exchanged_legs(_: symkin.Mechanism, values: Any, __: object) -> Any:
     return values
 
 
+def longer(times: float) -> Callable[[symkin.Mechanism], symkin.Mechanism]:
+    """Draw the last length or radius that all legs have so many times as long in all of them."""
+
+    def drawn(robot: symkin.Mechanism) -> symkin.Mechanism:
+        parameters = robot.parameters.copy()
+        parameters[:, lengths(robot)[-1]] *= times
+        return robot.with_parameters(parameters, symmetry=None)
+
+    return drawn
+
+
+def lengths(robot: symkin.Mechanism) -> list[int]:
+    """Parameters that are lengths or radii, identified in all legs."""
+    legs = range(len(robot.legs))
+    return [
+        place
+        for place in range(len(robot.parameter_names))
+        if all(robot.parameter_roles(leg)[place].kind in ("length", "radius") for leg in legs)
+        and robot.is_estimated[:, place].all()
+    ]
+
+
+def as_measured(_: symkin.Mechanism, taken: Table, __: np.random.Generator) -> Table:
+    return taken
+
+
 FRAME = ("frame-not-as-drawn", "moved-together")
 CONVENTION = ("convention-of-poses",)
 # Those of the table: an edit puts them right.
@@ -362,6 +389,12 @@ CORRUPTIONS: Mapping[str, Corruption] = {
     "the tracker late": Corruption(poses(tracker_late), ("lags",)),
     "the zero slips by 2 mrad or mm": Corruption(readings(slipping), ("steps",)),
     "the zero drifts by 2 mrad or mm": Corruption(readings(drifting), ("drifts",)),
+    "a length drawn a tenth too long": Corruption(
+        as_measured, ("drawn-wrong",), lambda robot: bool(lengths(robot)), drawn=longer(1.1)
+    ),
+    "a length drawn in inches": Corruption(
+        as_measured, ("drawn-wrong",), lambda robot: bool(lengths(robot)), drawn=longer(1 / 25.4)
+    ),
     "noise 3.2 times": Corruption(poses(noisy), ("residuals-large",)),
 }
 # Mistakes that positions alone do not have.
@@ -411,6 +444,8 @@ def main() -> None:
                 f"{name}: of mistakes of the table {right} of {every} named, "
                 f"{pooled['wrong name']} by a wrong name"
             )
+        if not spent:
+            continue
         print(f"{name}, all: {listed(total)}")
         print(
             f"{name}: a verdict takes {np.median(spent):.2f} s of processor, at most "
@@ -445,7 +480,7 @@ def verdict(
         kept = np.where(np.arange(sound.poses.shape[1]) < robot.space.size, 1.0, np.nan)
         sound, wrong = (replace(each, poses=each.poses * kept) for each in (sound, wrong))
     try:
-        found = symkin.identify(robot, wrong, **options)
+        found = symkin.identify(corruption.drawn(robot), wrong, **options)
     except symkin.SymkinError as error:
         cause = error.likely_cause
         return named((cause,) if cause else (), corruption) or "refused"

@@ -370,7 +370,7 @@ def test_identify_writes_the_table_as_its_likely_cause_corrects_it(
         ("linear_delta", "zero", (0,), {"sensor_offset": (1.0, 0.03)}, ()),
         (
             "linear_delta",
-            "held-factor",
+            "drawn-wrong",
             (0, 1, 2),
             {"sensor_gain": (1.25, 0.0)},
             ("--fixed", "sensor_gain", "--prior", "tolerances"),

@@ -86,9 +86,9 @@ CAUSES: Mapping[str, Code] = {
         "parameters that are held or shared are not as they are said to be{evidence}",
         "free them{help}",
     ),
-    "held-factor": Code(
-        "the {name}, which is held, is {size:.4g} times the drawing's in all legs",
-        "multiply it in the drawing by that",
+    "drawn-wrong": Code(
+        "the {name} of {legs} is {amount}, so it may be wrong in the drawing",
+        "correct it in the drawing",
     ),
 }
 

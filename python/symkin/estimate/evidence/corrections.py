@@ -46,8 +46,8 @@ __all__ = [
 ]
 
 _TOO_GOOD = 0.1  # per degree of freedom; with few degrees it may be chance
-# Causes that say of a parameter that the drawing has it wrong; an empty name is a figure of theirs.
-_OF_THE_DRAWING = {"gain": "sensor_gain", "zero": "sensor_offset", "held-factor": ""}
+# Causes that say of a parameter of some legs that the drawing has it wrong.
+_OF_THE_DRAWING = {"gain": "sensor_gain", "zero": "sensor_offset"}
 _EXPLAINED = 3.0  # per degree of freedom, at most, of what is named as the cause
 # Poses (without and with unknown frames) and steps of first looks, which what is mistaken does not
 # survive, and how many do.
@@ -289,6 +289,8 @@ def _judged(stated: Correction, listed: ShortList, shaped: Shaped) -> tuple[Hypo
         framed = [each for each in still if each.options.frames and not stated.options.frames]
         still = tuple(framed) if "columns-exchanged" in own else ()
     corrections += _looked_through(stated, still, _LOOKS)
+    # Of what the drawing has wrong a robot is known by now, which corrects it.
+    corrections = [each for each in map(_redrawn_by, corrections) if each is not None]
     poses, steps = SECOND
     if any(each.left_out for each in corrections):  # of which few poses may have none
         poses = len(stated.measurements.poses)
@@ -307,18 +309,29 @@ def _judged(stated: Correction, listed: ShortList, shaped: Shaped) -> tuple[Hypo
         freed, table = each.options is not stated.options, tables[each.key]
         told = _told(each, fit, table=None if table is unchanged else table)
         told = dataclasses.replace(told, drawing=_redrawn(stated, each, fit, told))
-        explains = id(each) in named and _explains(fit, as_stated, freed=freed, weak=not freed)
-        if id(each) in named and freed and not explains:
-            redrawn = told.cause is not None and told.cause.code in _OF_THE_DRAWING
-            options = stated.options if redrawn else each.options
+        # A number that the drawing has wrong has to leave nothing else.
+        may_be = id(each) in named and (told.explained or not each.redrawn)
+        more = freed or each.redrawn
+        explains = may_be and _explains(fit, as_stated, freed=more, weak=not more)
+        if may_be and more and not explains:
+            of_sensor = told.cause is not None and told.cause.code in _OF_THE_DRAWING
+            options = stated.options if of_sensor else each.options
             asked = told.drawing or each.mechanism, table, options
             explains = _explains(fit, as_stated, weak=True) and not shaped(*asked)
         hypotheses.append(dataclasses.replace(told, proposed=explains))
     kept = {id(each) for each in rivals}
-    freed = any(each.options is not stated.options for each in rivals if id(each) in named)
-    hypotheses = _with_look_alikes(stated, hypotheses) if freed else hypotheses
+    found = [each for each in rivals if id(each) in named]
+    if any(each.options is not stated.options or each.redrawn for each in found):
+        hypotheses = _with_look_alikes(stated, hypotheses)
     hypotheses += [_told(each, fit) for each, fit in tried if fit and id(each) not in kept]
-    return tuple(sorted(hypotheses, key=lambda each: (not each.proposed, each.per_degree)))
+    return tuple(sorted(hypotheses, key=_rank))
+
+
+def _rank(hypothesis: Hypothesis) -> tuple[bool, bool, float]:
+    """What is proposed comes first, and of that what happens more often than a wrong drawing."""
+    cause, proposed = hypothesis.cause, hypothesis.proposed
+    drawn = proposed and cause is not None and cause.code == "drawn-wrong"
+    return not proposed, drawn, hypothesis.per_degree
 
 
 def _with_look_alikes(stated: Correction, hypotheses: list[Hypothesis]) -> list[Hypothesis]:
@@ -338,12 +351,21 @@ def _with_look_alikes(stated: Correction, hypotheses: list[Hypothesis]) -> list[
 
 def _looked_at(stated: Correction, corrections: Iterable[Correction]) -> ShortList:
     """The best after a look at few poses: what a screen does, where poses are not known."""
-    best = _looked_through(stated, map(_settled, corrections), _LOOKS[:1])
+    settled = (each if each.wide else _settled(each) for each in corrections)
+    best = _looked_through(stated, settled, _LOOKS[:1])
     return ShortList((), tuple(best), tuple(each for each in best if not each.wide)[:FIRST])
 
 
 def _settled(correction: Correction) -> Correction:
     return correction.settled(_learnt)
+
+
+def _redrawn_by(correction: Correction) -> Correction | None:
+    """With the drawing corrected, where that is the correction; None if there is nothing to."""
+    if not correction.wide or correction.again is None:
+        return correction
+    corrected = _settled(correction)
+    return None if corrected.again else corrected
 
 
 def _learnt(correction: Correction) -> Mechanism:
@@ -480,10 +502,10 @@ def _redrawn(
 ) -> Mechanism | None:
     """The mechanism as a correction has it, if it says that the drawing is wrong."""
     nominal, cause = stated.mechanism, told.cause
-    if cause is None or cause.code not in _OF_THE_DRAWING:
+    if corrected.redrawn or cause is None or cause.code not in _OF_THE_DRAWING:
         return None if corrected.mechanism is nominal else corrected.mechanism
-    name = _OF_THE_DRAWING[cause.code] or str(cause.figures["name"])
-    place, legs = list(nominal.parameter_names).index(name), list(cause.legs)
+    name, legs = _OF_THE_DRAWING[cause.code], list(cause.legs)
+    place = list(nominal.parameter_names).index(name)
     parameters = nominal.parameters.copy()
     parameters[legs, place] = fit.setup.parameters[legs, place]
     return nominal.with_parameters(parameters, symmetry=None)

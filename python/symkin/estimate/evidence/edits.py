@@ -20,6 +20,7 @@ from symkin.estimate.evidence.far_rows import without_far_rows
 from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.evidence.frames import frame_doubt, only, with_frames
 from symkin.estimate.evidence.measured import with_modes
+from symkin.estimate.evidence.numbers import numbers_of_the_drawing, sensors_off
 from symkin.estimate.evidence.row_edits import edits_of_rows
 from symkin.estimate.evidence.table_edits import edits_of_poses, rarer_edits, with_readings
 from symkin.estimate.evidence.trial import Cause, Correction
@@ -53,7 +54,7 @@ def corrections_of(stated: Correction) -> Iterator[Correction]:
         edits_of_rows,
         _one_frame,
         _sensors,
-        _held_factors,
+        numbers_of_the_drawing,
         _all_free,
     )
     kinds = [kind(stated) for kind in (*_KINDS, *rarer)]
@@ -243,15 +244,7 @@ def _sensors(stated: Correction) -> Iterator[Correction]:
     def cause(legs: tuple[int, ...], name: str) -> Callable[[_core.JointFit], Doubt]:
         def of(fit: _core.JointFit) -> Doubt:
             found = fit.setup.parameters[list(legs), named.index(name)]
-            drawn = nominal.parameters[list(legs), named.index(name)]
-            if name == "sensor_gain":
-                rates = drawn / found
-                figures = {"rates": ", ".join(f"{rate:.3g}" for rate in rates)}
-                return Doubt("gain", legs, size=float(rates[0]), figures=figures)
-            shifts = (drawn - found) / gains[list(legs)]
-            told = ", ".join(f"{shift:+.3g}" for shift in shifts)
-            figures = {"shifts": told, "unit": nominal.reading_unit}
-            return Doubt("zero", legs, size=float(shifts[0]), figures=figures)
+            return sensors_off(nominal, legs, name, found)
 
         return of
 
@@ -319,35 +312,6 @@ def _spread(readings: Array) -> Array:
     known = np.isfinite(readings)
     values = np.where(known, readings, 0.0)
     return np.asarray(np.std(values, axis=0, where=known | ~known.any(axis=0)))
-
-
-def _held_factors(stated: Correction) -> Iterator[Correction]:
-    """A factor that is common to all legs, of a gain or a length that is held in all of them."""
-    nominal, given = stated.mechanism, stated.options.prior
-    if isinstance(given, str) or given is None:
-        given = {}
-    for index, name in enumerate(nominal.parameter_names):
-        drawn = nominal.parameters[:, index]
-        kinds = {nominal.parameter_roles(leg)[index].kind for leg in range(len(nominal.legs))}
-        if (
-            not kinds <= {"gain", "length"}
-            or not drawn.all()
-            or not stated.model.holds(name, stated.measurements)
-        ):
-            continue
-
-        def cause(fit: _core.JointFit, place: int = index, held: str = name) -> Doubt:
-            factors = fit.setup.parameters[:, place] / nominal.parameters[:, place]
-            every = tuple(range(len(factors)))
-            return Doubt("held-factor", every, size=float(factors[0]), figures={"name": held})
-
-        options = dataclasses.replace(
-            stated.options,
-            fixed=tuple(each for each in stated.options.fixed if each != name),
-            shared=(*stated.options.shared, name),
-            prior={**given, name: float(np.abs(drawn).max())},
-        )
-        yield stated.of(cause, nominal, options)._replace(wide=1)
 
 
 def _frames(stated: Correction) -> Iterator[Correction]:

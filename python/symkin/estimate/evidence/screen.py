@@ -260,7 +260,10 @@ def _agrees_in_place(stated: Correction) -> bool:
     if not size or 2 * known.sum() <= len(known):
         return False
     noise = stated.options.declared(robot.noise)
-    by_reading = np.linalg.pinv(robot.pose_jacobian(robot.home[None])[0])[:size]
+    by_pose = robot.pose_jacobian(robot.home[None])[0]
+    if not np.isfinite(by_pose).all():  # the drawing does not reach its own home
+        return False
+    by_reading = np.linalg.pinv(by_pose)[:size]
     variances = by_reading**2 @ (_by_tolerances(robot) + noise.reading**2) + noise.position**2
     try:
         drawn = robot.forward_kinematics(measured.readings[known])[0]

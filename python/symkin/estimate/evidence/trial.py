@@ -53,15 +53,22 @@ class Statement:
         options = dataclasses.replace(self._options, max_iterations=steps)
         return Problem.of(self.mechanism, measurements, options, self._laid_out)
 
-    def holds(self, name: str, measurements: Measurements) -> bool:
-        """Whether a parameter of the legs is held in all of them, which need not be so."""
+    def known(self, name: str, measurements: Measurements) -> tuple[tuple[int, ...], bool]:
+        """Legs with a parameter that could be free, and whether it is held in all; none if in some.
+
+        Shared ones are free.
+        """
         robot = self.mechanism
         covariates = self._options.covariates(robot, measurements)
         setup = core_setup(robot, slopes=slopes_of(covariates, len(robot.legs)))
         layout = self._laid_out(robot, setup, self._options, measurements.readings, covariates)
-        own = [i for i, each in enumerate(layout.scalars) if each.partition(".")[2] == name]
-        free = layout.column[own] >= 0
-        return bool(own) and not free.any() and not any(layout.always_held[i] for i in own)
+        legs, held = [], set()
+        for leg in range(len(robot.legs)):
+            own = f"leg{leg + 1}.{name}"
+            if own in layout.scalars and not layout.always_held[layout.scalars.index(own)]:
+                legs.append(leg)
+                held.add(not layout.by_columns[layout.scalars.index(own)].any())
+        return (tuple(legs), held.pop()) if len(held) == 1 else ((), False)
 
     @property
     def noise(self) -> NoiseSettings:
@@ -107,7 +114,8 @@ class Correction(NamedTuple):
     """What to fit instead; `wide` counts unknowns besides, `left_out` rows that it does without.
 
     `again` makes the same correction by a robot that is better known than the drawing; None where
-    it does not depend on the robot, or there is nothing to correct.
+    it does not depend on the robot, or there is nothing to correct. `redrawn`: the mistake is a
+    number of the drawing, which the mechanism has as it is found, and nothing more is free.
     """
 
     cause: Cause
@@ -116,6 +124,7 @@ class Correction(NamedTuple):
     wide: int = 0
     again: Callable[[Mechanism], Correction | None] | None = None
     left_out: int = 0
+    redrawn: bool = False
 
     @property
     def mechanism(self) -> Mechanism:
@@ -177,14 +186,17 @@ class Correction(NamedTuple):
     def settled(self, learn: Callable[[Correction], Mechanism | None]) -> Correction:
         """Make it again by what a robot learns from it, till that changes nothing."""
         correction = self
-        for _ in range(_ROUNDS if self.again else 0):
-            assert correction.again is not None
+        for _ in range(_ROUNDS):
+            if correction.again is None:
+                break
             try:
                 learnt = learn(correction)
                 made = None if learnt is None else correction.again(learnt)
             except SymkinError:
                 break
-            if made is None or made.measurements == correction.measurements:
+            if made is None or (
+                made.model is correction.model and made.measurements == correction.measurements
+            ):
                 break
             correction = made
         return correction
@@ -213,7 +225,11 @@ class Correction(NamedTuple):
     @property
     def key(self) -> object:
         """The same for the same correction from another start."""
-        return self.cause.words if isinstance(self.cause, Doubt) else id(self.cause)
+        cause = self.cause
+        if not isinstance(cause, Doubt):
+            return id(cause)
+        # A number is found a little otherwise from elsewhere.
+        return (cause.code, cause.figures.get("name")) if self.redrawn else cause.words
 
     def told(self, fit: _core.JointFit | None) -> Doubt | None:
         """What it says the mistake is; None of what depends on a fit that there is not."""
