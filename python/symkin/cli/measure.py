@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import os
 import secrets
 import sys
@@ -33,20 +34,26 @@ from symkin.cli.options import (
 )
 from symkin.errors import SymkinError
 from symkin.guided import Session
-from symkin.guided.beginning import SETTINGS
 from symkin.guided.device import Device, Failed
 from symkin.guided.simulated import SimulatedDevice
 from symkin.show.entering import KEYS, entries_of, obeyed
-from symkin.show.guided import ask_text, end_text, progress_text, resolved_text, verdict_text
+from symkin.show.guided import (
+    ask_text,
+    begun_text,
+    end_text,
+    progress_text,
+    resolved_text,
+    verdict_text,
+)
 from symkin.show.rendering import typed
 from symkin.show.served import on_loopback
 from symkin.show.served import serve as serve_page
 from symkin.show.units import in_units
-from symkin.storage.output_files import only_one
 
 _NOT_YET = 1
 _HOST, _PORT = "127.0.0.1", 8000
 _TOKEN = "page.token"
+_STRANGE, _PATIENCE = 20.0, 6  # sigma, and rows in turn that are off by so much with a device
 
 
 @command(
@@ -145,21 +152,14 @@ def measure(
                 **unknown.arguments(),
             )
         tell = _Silent() if as_json else _Screen()
-        busy = (
-            f"{out}: another symkin measures there; end it first, or append rows to its "
-            "measured.csv"
-        )
-        with only_one(out / SETTINGS, busy):
-            if session.torn:
-                tell(
-                    f"The last line of the table was not complete, and is set aside: {session.torn}"
-                )
-            if device is not None:
-                _by_device(session, device, tell)
-            elif serve:
-                _by_page(session, host, port, out)
-            else:
-                _by_hand(session, tell)
+        for line in begun_text(session):
+            tell(line)
+        if device is not None:
+            _by_device(session, device, tell)
+        elif serve:
+            _by_page(session, host, port, out)
+        else:
+            _by_hand(session, tell)
         found = session.progress
         if as_json:
             print_json({"command": "measure", **found.to_dict()})
@@ -184,6 +184,7 @@ class _Silent(_Screen):
 
 def _by_device(session: Session, command_line: str, tell: _Screen) -> None:
     with Device(command_line, session) as device:
+        strange = 0
         for ask in session:
             tell(f"\n{ask_text(session, ask)}")
             found = device.measure(ask)
@@ -201,6 +202,14 @@ def _by_device(session: Session, command_line: str, tell: _Screen) -> None:
                 tell(verdict_text(verdict))
                 if not verdict.fine:
                     tell(resolved_text(verdict))
+            failure = session.progress.failure
+            off = math.nan if verdict is None else verdict.deviations
+            strange = strange + 1 if failure or off > _STRANGE else 0
+            if strange == _PATIENCE:
+                raise SymkinError(
+                    f"the last {_PATIENCE} rows fit no robot like the drawing; compare the units "
+                    "of the device, its frame and the order of the legs with it"
+                )
 
 
 def _by_page(session: Session, host: str, port: int, folder: Path) -> None:

@@ -22,6 +22,7 @@ from symkin.estimate.survey import Survey, Unknowns
 from symkin.estimate.unknowns import with_file_settings
 from symkin.files.mechanism_writer import save_mechanism
 from symkin.guided.choosing import Chooser, Target
+from symkin.guided.held import Held, held
 from symkin.guided.session import ROBOT, TABLE, Session
 from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.model.mechanism import Mechanism
@@ -43,6 +44,7 @@ __all__ = ["SETTINGS", "measure"]
 Array = NDArray[np.float64]
 
 SETTINGS = "session.json"
+_DIGESTS = ("drawing or unknowns", "candidates")  # which say nothing to a person
 _CANDIDATES = 5000
 _ENOUGH = 500  # candidates that show what any shows
 
@@ -136,9 +138,22 @@ def measure(
     groups = dealt(poses, survey.together, seed)
     chooser = Chooser(robot, groups, observed, {}, target, seed)
     folder = None if out is None else Path(out)
+    lock = None
     if folder is not None:
+        lock = _entered(folder)
         _settle(folder, robot, poses, observed, target, noise, seed)
-    return Session(robot, chooser, survey, folder, noise)
+    return Session(robot, chooser, survey, folder, noise, lock)
+
+
+def _entered(folder: Path) -> Held:
+    """Make the folder, and keep other processes out of it."""
+    if folder.exists() and not folder.is_dir():
+        raise SymkinError(f"{folder}: is not a folder; choose another place")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise SymkinError(f"{folder}: cannot be made: {error.strerror}") from error
+    return held(folder)
 
 
 def _settle(
@@ -151,9 +166,6 @@ def _settle(
     seed: int,
 ) -> None:
     """Write down what the session is of, or refuse a folder that has another."""
-    if folder.exists() and not folder.is_dir():
-        raise SymkinError(f"{folder}: is not a folder; choose another place")
-    folder.mkdir(parents=True, exist_ok=True)
     drawing = folder / f".{ROBOT}"
     save_mechanism(robot, drawing, overwrite=True)
     told: dict[str, Any] = {
@@ -169,12 +181,14 @@ def _settle(
     path = folder / SETTINGS
     if path.exists():
         drawing.unlink()
-        before = json.loads(path.read_text(encoding="utf-8"))
+        before = _settings(path)
         other = [name for name, value in told.items() if before.get(name) != value]
         if other:
+            was = [f"{name} {_said(before.get(name))}" for name in other if name not in _DIGESTS]
+            told_as = f" ({', '.join(was)})" if was else ""
             raise SymkinError(
-                f"{folder}: is a session of another {' and '.join(other)}; expected the same, or "
-                "another folder"
+                f"{folder}: is a session of another {' and '.join(other)}{told_as}; expected the "
+                "same, or another folder"
             )
         return
     if (folder / TABLE).exists():
@@ -184,4 +198,32 @@ def _settle(
             "folder of a session, or a new one"
         )
     drawing.replace(folder / ROBOT)
-    path.write_text(json.dumps(told, indent=2) + "\n", encoding="utf-8", newline="\n")
+    new = folder / f".{SETTINGS}"
+    try:
+        with new.open("w", encoding="utf-8", newline="\n") as file:
+            file.write(json.dumps(told, indent=2) + "\n")
+            file.flush()
+            os.fsync(file.fileno())
+        new.replace(path)
+    except OSError as error:
+        raise SymkinError(f"{folder}: cannot be written to: {error.strerror}") from error
+
+
+def _settings(path: Path) -> dict[str, Any]:
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError):
+        found = None
+    if not isinstance(found, dict):
+        raise SymkinError(
+            f"{path}: cannot be read, and says what {TABLE} is of; expected it as it was, or "
+            "another folder"
+        )
+    return found
+
+
+def _said(value: Any) -> str:
+    if isinstance(value, dict):
+        units = {"position": "m", "orientation": "rad"}
+        return " and ".join(f"{each:g} {units[name]}" for name, each in value.items())
+    return " and ".join(map(str, value)) if isinstance(value, list) else str(value)

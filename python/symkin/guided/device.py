@@ -91,7 +91,7 @@ class Device:
             self.close()
             raise
         self.name = " ".join(str(hello[key]) for key in ("device", "serial") if hello.get(key))
-        self._patience = float(hello.get("timeout_s", _PATIENCE))
+        self._patience = min(float(hello.get("timeout_s", _PATIENCE)), threading.TIMEOUT_MAX)
 
     def _greeted(self) -> dict[str, Any]:
         robot = self._session.robot
@@ -136,7 +136,7 @@ class Device:
         except subprocess.TimeoutExpired:
             self._program.kill()
             self._program.wait()
-        self._listener.join()
+        self._listener.join(_PARTING)  # a program of its own may still hold its output
 
     def abort(self) -> None:
         """Tell it to stop where it is, and end it."""
@@ -218,7 +218,7 @@ class Device:
             raise DeviceError(f"the device `{self.command}` has ended")
         try:
             answer = json.loads(line)
-        except ValueError:
+        except (ValueError, RecursionError):
             answer = None
         if not isinstance(answer, dict):
             raise DeviceError(f"the device says {line.strip()[:100]!r}; expected a line of JSON")

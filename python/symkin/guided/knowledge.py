@@ -5,12 +5,12 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import Any, Literal
 
 from symkin import _core
 from symkin.data.tries import DROPPED, LINK, STATUS
-from symkin.errors import SymkinError
+from symkin.errors import NotIdentifiableError, SymkinError
 from symkin.estimate.estimate import Estimate
 from symkin.estimate.identification import identify
 from symkin.estimate.precision import expected_over
@@ -50,6 +50,8 @@ class Known:
         None where there is none, and
     failure : str
         why.
+    unlike : bool
+        Whether that is since no robot like the drawing has such rows.
     tolerances : float
         Times the drawing's tolerances count.
     repaired : bool
@@ -59,6 +61,7 @@ class Known:
     robot: Mechanism
     estimate: Estimate[Any] | None = None
     failure: str = ""
+    unlike: bool = False
     tolerances: float = 1.0
     repaired: bool = False
 
@@ -152,9 +155,10 @@ class Knowledge:
                 robot = robot.replace(tolerances=Tolerances(**tolerances))
                 found = identify(robot, measured, **self._how)
         except SymkinError as error:
-            return Known(robot, failure=str(error))
+            few = isinstance(error, NotIdentifiableError)
+            return Known(robot, failure=str(error), unlike=not few)
         if not found.converged:
-            return Known(robot, failure=found.failure)
+            return Known(robot, failure=found.failure, unlike=True)
         return Known(robot, found, tolerances=factor)
 
     def _others(
@@ -197,7 +201,7 @@ class Knowledge:
                 if before.estimate is not None:
                     number = self._table.number(place)
                     return self._explained(Verdict(numbers[-1], math.inf, number), count, before)
-            return Verdict(numbers[-1], math.nan)
+            return self._of_no_robot(Verdict(numbers[-1], math.nan), count, known, kept)
         kept_one = KEPT in self._said_since_a_slip()
         off, doubtful, size = judged(known.estimate, numbers, planned, kept)
         made = Verdict(numbers[-1], off, doubtful, size, tolerances=known.tolerances)
@@ -260,11 +264,31 @@ class Knowledge:
         other = self._by(count, without)
         return _chance(known.estimate, other.estimate) > _FITS
 
+    def _of_no_robot(self, verdict: Verdict, count: int, known: Known, kept: set[int]) -> Verdict:
+        """Doubt a row that no robot like the drawing can have, unless others were like that."""
+        if kept or not known.unlike:
+            return verdict
+        place = self._table.place(verdict.row)
+        passing: list[tuple[str, dict[str, float]]] = []
+        for what, edited in edits_of(self._table.values(place), self._robot):
+            try:
+                measured = self._table.measurements(known.robot, count, edited={place: edited})
+                assert measured is not None
+                found = identify(known.robot, measured, **self._how)
+            except SymkinError:
+                continue
+            conditions = int(found.conditions.sum())
+            if found.converged and _core.chi_square_tail(found.chi_square, conditions) > _FITS:
+                passing.append((what, edited))
+        made = dataclasses.replace(verdict, doubtful=verdict.row, off=math.inf)
+        return _named(made, passing)
+
     def _explained(self, verdict: Verdict, count: int, before: Known) -> Verdict:
         """Look for the slip of hand that makes the doubtful row fit."""
         if verdict.doubtful is None or before.estimate is None:
             return verdict
-        place, passing = self._table.place(verdict.doubtful), []
+        place = self._table.place(verdict.doubtful)
+        passing: list[tuple[str, dict[str, float]]] = []
         for what, edited in self._likely(count, place, before):
             try:
                 measured = self._table.measurements(before.robot, count, edited={place: edited})
@@ -274,13 +298,11 @@ class Knowledge:
                 continue
             if _chance(found, before.estimate) > _FITS:
                 passing.append((what, edited))
-        if len(passing) != 1:
-            return verdict
-        return dataclasses.replace(verdict, likely=passing[0][0], edited=passing[0][1])
+        return _named(verdict, passing)
 
     def _likely(
         self, count: int, place: int, before: Known
-    ) -> Iterator[tuple[str, Mapping[str, float]]]:
+    ) -> Iterator[tuple[str, dict[str, float]]]:
         """The edits of a row that the robot, as known without it, explains best."""
         row, rows = self._table.values(place), self._table.counting
         together = self._table.together(place)
@@ -299,6 +321,15 @@ class Knowledge:
             scored.setdefault(tuple(edited.values()), (misfit, what, edited))
         best = sorted(scored.values(), key=lambda each: each[0])[:_TRIED]
         yield from ((what, edited) for _, what, edited in best)
+
+
+def _named(verdict: Verdict, passing: list[tuple[str, dict[str, float]]]) -> Verdict:
+    """A verdict with what makes its row fit, if one edit alone does."""
+    values = {tuple(edited.values()): (what, edited) for what, edited in reversed(passing)}
+    if len(values) != 1:
+        return verdict
+    ((what, edited),) = values.values()
+    return dataclasses.replace(verdict, likely=what, edited=edited)
 
 
 def _chance(found: Estimate[Any] | None, without: Estimate[Any] | None) -> float:

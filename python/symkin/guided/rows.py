@@ -108,7 +108,10 @@ class RowFormat:
             given |= {ROW: np.array([1.0, 2.0]), LINK: np.array([np.nan, 1.0])}
             if partner is None:  # what will be measured, whatever it will be
                 given |= {name: np.array([np.nan, 0.0]) for name in self.columns if name not in own}
-        measured = read_measurements(dict(given), self.robot)
+        try:
+            measured = read_measurements(dict(given), self.robot)
+        except MeasurementError as error:  # it was read as a table of one row
+            raise SymkinError(str(error).replace("the table: ", "the row: ", 1)) from None
         found = measured.columns(self.robot)
         known = (*self.columns, ROW, LINK)
         strange = [*measured.unread, *(name for name in found if name not in known)]

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import datetime as dt
 import math
 from collections.abc import Mapping
@@ -14,29 +15,29 @@ from numpy.typing import NDArray
 
 from symkin.data.measurements import Measurements
 from symkin.data.tries import BACK, DROPPED, LINK, ROW, STATUS, TIME, UNDONE
-from symkin.errors import SymkinError
+from symkin.errors import SymkinError, one_of
 from symkin.estimate.estimate import Estimate
 from symkin.estimate.survey import Survey
 from symkin.files.mechanism_writer import save_mechanism
 from symkin.guided.checks import Verdict
 from symkin.guided.choosing import Chooser
+from symkin.guided.held import Held
 from symkin.guided.knowledge import TAKEN_AS, Knowledge, Known
 from symkin.guided.rows import RowFormat
-from symkin.guided.tries_table import KEPT, SLIPPED, TriesTable
+from symkin.guided.tries_table import AVOID, KEPT, SLIPPED, Failure, TriesTable
 from symkin.model.mechanism import Mechanism
 from symkin.values import Value, record
 
 __all__ = ["Ask", "Failure", "Progress", "Session"]
 
 Array = NDArray[np.float64]
-Failure = Literal["unreachable", "occluded", "lost", "skipped"]
 
 LEAST_DEGREES = 20  # of freedom, before anything may stop by a noise that was estimated
 _CLOSING, _MOST_CLOSING = 2, 4  # of the first poses, measured again in the end; see below
 _FRESH = 2  # rows that may follow these, before they are measured once more
 TABLE, ROBOT = "measured.csv", "robot.toml"
 _UNCOUNTED: Failure = "skipped"  # of failures: nothing speaks against poses nearby
-_LEFT_OUT = (_UNCOUNTED, "avoid")  # which nobody tried
+_LEFT_OUT = (_UNCOUNTED, AVOID)  # which nobody tried
 
 
 @record
@@ -145,9 +146,12 @@ class Session:
         observed: Survey,
         folder: Path | None,
         noise: Literal["estimate"] | None,
+        lock: Held | None = None,
     ) -> None:
+        self._lock = lock  # others are kept out for as long as this lives
         self.folder, self.target = folder, chooser.target
-        self._chooser, self.noise, self._written = chooser, noise, robot
+        self._chooser, self.noise = chooser, noise
+        self._written: Mechanism | None = None
         self._format = RowFormat(robot, observed.observed)
         # Frames that nobody knows take as many conditions before anything can be fitted.
         conditions = int(observed.rows(chooser.candidates[0]).any(axis=2).sum())
@@ -166,8 +170,9 @@ class Session:
         self._knowledge = Knowledge(robot, self._table, confidence, noise, least)
         self._told: dict[int, Progress] = {}
         self._floor: tuple[dict[str, float], tuple[str, ...]] | None = None
-        self._seen = 0
+        self._seen = self._edition = 0
         self._follow()
+        self._write_robot()
 
     # Asking
 
@@ -187,7 +192,7 @@ class Session:
             closing = self._poses_of(left)
         if not (repeating or self._chooser.planned):
             self._plan(len(self._table.lines))
-        row = len(self._table.lines) + 1
+        row = self._table.next_number
         ahead, again = self._chooser.ahead if closing is None else closing, None
         if repeating:
             again, *more = repeating
@@ -253,6 +258,7 @@ class Session:
 
     def fail(self, why: Failure = "unreachable", *, remark: str = "") -> None:
         """Tell that the pose could not be measured; another takes its place."""
+        one_of("why", why, Failure)
         asked = self.asked()
         again = "" if asked.repeat_of is None else str(asked.repeat_of)
         self._append(why, asked.pose, {}, "", remark, repeat_of=again)
@@ -266,7 +272,7 @@ class Session:
         asked = self.asked().pose
         failed = [place for place in self._table.standing if self._table.is_failed(place)]
         pose = self._pose_of(failed[-1]) if failed else None
-        self._append("avoid", asked if pose is None else pose, {}, "", "")
+        self._append(AVOID, asked if pose is None else pose, {}, "", "")
 
     def repeat(self, row: int | None = None) -> None:
         """Measure a row's pose again next, by default that of the last one."""
@@ -385,6 +391,11 @@ class Session:
         return self._table.torn
 
     @property
+    def edited(self) -> Path | None:
+        """Where the table is kept as another program had saved it, if that was put right."""
+        return self._table.edited
+
+    @property
     def suggests_avoiding(self) -> bool:
         """Whether the last failure was the second nearby."""
         return self._chooser.region_fails
@@ -468,8 +479,10 @@ class Session:
         that begins again asks for the same ones.
         """
         lines = self._table.lines
-        if any(line[STATUS] in BACK for line in lines[self._seen :]):
-            self._seen = 0
+        changed = self._table.edition != self._edition
+        if changed or any(line[STATUS] in BACK for line in lines[self._seen :]):
+            self._seen, self._edition = 0, self._table.edition
+            self._told.clear()
             self._knowledge.forget()
             self._chooser.begin()
         standing = set(self._table.standing)
@@ -545,7 +558,7 @@ class Session:
                 self._chooser.take(np.array(group) if known else None)
         elif pose is not None:
             counts = status not in _LEFT_OUT
-            self._chooser.fail(pose, counts=counts, avoid=status == "avoid")
+            self._chooser.fail(pose, counts=counts, avoid=status == AVOID)
 
     def _pose_of(self, place: int) -> Array | None:
         return self._format.pose(self._table.lines[place])
@@ -577,34 +590,43 @@ class Session:
         repeat_of: str = "",
         number: int | None = None,
     ) -> None:
+        self._table.refresh()  # others may have appended rows since
         now = dt.datetime.now(dt.UTC)
-        began = next((line for line in self._table.lines if line["time"] and line[TIME]), None)
-        since = 0.0
-        if began is not None:
-            passed = now - dt.datetime.fromisoformat(began["time"])
-            since = max(passed.total_seconds() + float(began[TIME]), 0.0)
         self._table.append(
             {
-                ROW: str(number or len(self._table.lines) + 1),
+                ROW: str(number or self._table.next_number),
                 "time": now.isoformat(timespec="milliseconds"),
-                TIME: f"{since:.3f}",
+                TIME: f"{self._since_the_first(now):.3f}",
                 STATUS: status,
                 "repeat_of": repeat_of,
                 **({} if pose is None else self._format.commanded_cells(pose)),
                 **cells,
-                "device": device,
-                "remark": remark,
+                "device": " ".join(device.split()),
+                "remark": " ".join(remark.split()),
             }
         )
         self._follow()
         self._write_robot()
 
+    def _since_the_first(self, now: dt.datetime) -> float:
+        """Seconds since the first row, which never run backwards, whatever the clock does."""
+        for line in reversed(self._table.lines):
+            with contextlib.suppress(ValueError, TypeError):  # of rows that others wrote
+                passed = now - dt.datetime.fromisoformat(line["time"])
+                return float(line[TIME]) + max(passed.total_seconds(), 0.0)
+        return 0.0
+
     def _write_robot(self) -> None:
-        """Keep the robot's file as `identify` needs it for the same result."""
+        """Keep the robot's file as `identify` needs it for the same result.
+
+        Where that fails, as on a full disk, it is tried again with the next line: the rows are in
+        the table.
+        """
         robot = self.robot
         if self.folder is None or robot is self._written:
             return
         new = self.folder / f".{ROBOT}"
-        save_mechanism(robot, new, overwrite=True)
-        new.replace(self.folder / ROBOT)
-        self._written = robot
+        with contextlib.suppress(SymkinError, OSError):
+            save_mechanism(robot, new, overwrite=True)
+            new.replace(self.folder / ROBOT)
+            self._written = robot

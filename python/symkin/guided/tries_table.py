@@ -3,11 +3,16 @@
 
 from __future__ import annotations
 
+import codecs
 import csv
 import io
+import math
 import os
-from collections.abc import Mapping, Sequence
+import time
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
+from typing import Literal, get_args
 
 from symkin.data.measurements import Measurements
 from symkin.data.observables import COMMANDED
@@ -16,11 +21,16 @@ from symkin.data.tries import BACK, COUNTING, LINK, NOTES, ROW, STATUS, TIME, co
 from symkin.errors import MeasurementError, SymkinError
 from symkin.model.mechanism import Mechanism
 
-__all__ = ["KEPT", "SLIPPED", "TriesTable"]
+__all__ = ["AVOID", "KEPT", "SLIPPED", "Failure", "TriesTable"]
 
 # Lines that say something of another line, whose number they have.
 SLIPPED, KEPT = "slipped", "kept"
 _REMARKS = (*BACK, SLIPPED, KEPT)
+Failure = Literal["unreachable", "occluded", "lost", "skipped"]
+AVOID = "avoid"
+_STATUSES = ("", *COUNTING, *get_args(Failure), AVOID, *_REMARKS)
+_UTF16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+_WAIT, _WAITS = 0.05, 10  # s, and how often, for the end of a line that somebody else writes
 Line = dict[str, str]  # cells by column; all of them
 
 
@@ -28,7 +38,9 @@ class TriesTable:
     """Lines of a session's table.
 
     A line is written at once and synced, so that a session that is killed has lost nothing that it
-    had acknowledged. A last line that was torn is cut off to ``measured.csv.partial``.
+    had acknowledged. A last line that was torn is cut off to ``measured.csv.partial``. A table that
+    another program has saved in another form (columns in another order, semicolons, decimal commas,
+    rows sorted anew) is put back into its own; as it was it stays as ``measured.csv.edited``.
 
     Attributes
     ----------
@@ -40,46 +52,52 @@ class TriesTable:
         All of them, as text.
     torn : str
         What was cut off; empty if nothing was.
+    edited : Path or None
+        Where the file is kept as another program had saved it, if that was put right.
+    edition : int
+        How often lines that were known have changed.
     """
 
     def __init__(self, path: Path | None, columns: Sequence[str]) -> None:
         self.path, self.columns = path, tuple(columns)
         self.lines: list[Line] = []
-        self.torn = ""
-        self._read = 0
+        self.torn, self.edition = "", 0
+        self.edited: Path | None = None
+        self._read = b""
         if path is None:
             return
+        if path.exists():
+            self._cut()
         if not path.exists() or not path.stat().st_size:
             self._write(",".join(self.columns) + "\n")
-        self._cut()
         self.refresh()
 
     def refresh(self) -> bool:
-        """Read what others have appended since, whole lines alone; says whether there was any."""
+        """Read what others have changed since, whole lines alone; says whether there was any."""
         if self.path is None:
             return False
-        with self.path.open("rb") as file:
-            file.seek(self._read)
-            data = file.read()
-        whole = data[: data.rfind(b"\n") + 1]
-        records = list(csv.reader(io.StringIO(whole.decode("utf-8", "replace"))))
-        if self._read == 0 and records:
-            self._check_header([each.strip() for each in records.pop(0)])
-        records = [each for each in records if any(cell.strip() for cell in each)]
-        for record in records:
-            if len(record) != len(self.columns):
-                number = len(self.lines) + 2
-                raise MeasurementError(
-                    f"{self.path}: row {number} has {len(record)} cells; expected "
-                    f"{len(self.columns)}"
-                )
-            cells = (cell.strip() for cell in record)
-            self.lines.append(dict(zip(self.columns, cells, strict=True)))
-        self._read += len(whole)
-        return bool(records)
+        data = self._data()
+        if self._read and data.startswith(self._read):
+            added = _whole(data[len(self._read) :])
+            if not added:
+                return False
+            lines = [*self.lines, *self._lines_of(added, len(self.lines))]
+            self._check(lines)
+        else:
+            lines = self._from_the_start(_whole(data))
+            data = self._data()
+            self.edition += bool(self._read)
+        self.lines, self._read = lines, _whole(data)
+        return True
 
     def append(self, cells: Mapping[str, str]) -> None:
-        """Add a line and make sure that it is on the disk."""
+        """Add a line and make sure that it is on the disk.
+
+        Raises
+        ------
+        SymkinError
+            If it cannot be written; the table is as before.
+        """
         unknown = sorted(cells.keys() - set(self.columns))
         if unknown:
             raise SymkinError(
@@ -90,10 +108,19 @@ class TriesTable:
         if self.path is None:
             self.lines.append(line)
             return
-        text = io.StringIO()
-        csv.writer(text, lineterminator="\n").writerow(line.values())
-        self._write(text.getvalue())
+        for _ in range(_WAITS):  # whoever appends a line beside has it written soon
+            if _whole(data := self._data()) == data:
+                break
+            time.sleep(_WAIT)
+        else:
+            self._cut()
+        self._write(_text([line.values()]))
         self.refresh()
+
+    @property
+    def next_number(self) -> int:
+        """The number of the next try."""
+        return max(len(self.lines), *self._numbers(self.lines), 0) + 1
 
     def number(self, place: int) -> int:
         """The number of a line's try: what it says itself, or else its place from 1."""
@@ -197,20 +224,148 @@ class TriesTable:
                 return place
         raise SymkinError(f"there is no row {number}; expected 1 to {len(self.lines)}")
 
-    def _check_header(self, found: Sequence[str]) -> None:
-        if tuple(found) != self.columns:
-            strange = sorted(set(found) ^ set(self.columns)) or list(found)
+    def _from_the_start(self, data: bytes) -> list[Line]:
+        """All lines of the file, which is put into its own form if it has another."""
+        if data.startswith(_UTF16):
+            raise MeasurementError(
+                f"{self.path}: is saved as UTF-16; expected it saved as CSV in UTF-8"
+            )
+        text = _decoded(data)
+        first = text.partition("\n")[0].rstrip("\r")
+        mark = max(",;\t", key=first.count)
+        header = [each.strip() for each in next(csv.reader([first], delimiter=mark), [])]
+        self._check_header(header)
+        changed = mark != "," or header != list(self.columns)
+        if changed:
+            lines = self._put_right(text, mark)
+        else:
+            lines = self._lines_of(data.partition(b"\n")[2], 0)
+        if self._numbers(lines) != sorted(self._numbers(lines)):
+            lines, changed = self._in_their_order(lines), True
+        self._check(lines)
+        if changed:
+            own = _text([self.columns, *(line.values() for line in lines)])
+            self._replace(data, own.encode())
+        return lines
+
+    def _lines_of(self, data: bytes, before: int) -> list[Line]:
+        """Lines as this table writes them, behind so many others."""
+        lines: list[Line] = []
+        for record in _records(_decoded(data), ","):
+            if len(record) != len(self.columns):
+                raise self._wrong(
+                    before + len(lines),
+                    f"has {len(record)} cells; expected {len(self.columns)}",
+                )
+            lines.append(dict(zip(self.columns, record, strict=True)))
+        return lines
+
+    def _put_right(self, text: str, mark: str) -> list[Line]:
+        """Lines of a file that another program has saved in a form of its own."""
+        header, *records = _records(text, mark)
+        lines: list[Line] = []
+        for record in records:
+            cells = record + [""] * (len(header) - len(record))
+            if len(cells) > len(header):
+                raise self._wrong(len(lines), f"has {len(cells)} cells; expected {len(header)}")
+            line = dict(zip(header, cells, strict=True))
+            if mark != ",":
+                line |= {name: line[name].replace(",", ".") for name in self._numeric}
+            lines.append({name: line[name] for name in self.columns})
+        return lines
+
+    def _in_their_order(self, lines: list[Line]) -> list[Line]:
+        """Lines that were sorted by something else, by when they were written."""
+        times = [_number(line[TIME]) for line in lines]
+        order = sorted(range(len(lines)), key=lambda place: times[place])
+        found = [lines[place] for place in order]
+        if any(map(math.isnan, times)) or self._numbers(found) != sorted(self._numbers(found)):
+            raise MeasurementError(
+                f"{self.path}: its rows are not in the order in which they were measured, and "
+                f"nothing tells which that was; sort them by {ROW}"
+            )
+        return found
+
+    def _replace(self, before: bytes, after: bytes) -> None:
+        """Put the file into its own form, and keep it as it was."""
+        assert self.path is not None
+        count, kept = 1, self.path.with_name(f"{self.path.name}.edited")
+        while kept.exists():
+            count += 1
+            kept = self.path.with_name(f"{self.path.name}.edited{count}")
+        new = self.path.with_name(f".{self.path.name}")
+        try:
+            for path, data in ((kept, before), (new, after)):
+                with path.open("wb") as file:
+                    file.write(data)
+                    file.flush()
+                    os.fsync(file.fileno())
+            new.replace(self.path)
+        except OSError as error:
             raise SymkinError(
-                f"{self.path}: its columns are not those of this session ({', '.join(strange)}); "
-                "expected the same robot and the same --observe, or another folder"
+                f"{self.path}: cannot be put back into the session's form: {error.strerror}"
+            ) from error
+        self.edited = kept
+
+    @property
+    def _numeric(self) -> list[str]:
+        return [name for name in self.columns if name not in NOTES]
+
+    def _numbers(self, lines: Sequence[Line]) -> list[int]:
+        """Of tries, in the order of their lines."""
+        return [
+            int(line[ROW]) if line[ROW].isdigit() else place
+            for place, line in enumerate(lines, 1)
+            if line[STATUS] not in _REMARKS
+        ]
+
+    def _check(self, lines: Sequence[Line]) -> None:
+        """Refuse what nobody can have meant."""
+        numbers, seen = set(self._numbers(lines)), set[int]()
+        for place, line in enumerate(lines):
+            status, row, again = line[STATUS], line[ROW], line["repeat_of"]
+            if status not in _STATUSES:
+                known = ", ".join(each for each in _STATUSES if each)
+                raise self._wrong(place, f'has the {STATUS} "{status}"; expected none, or {known}')
+            for name in self._numeric:
+                if line[name] and math.isnan(_number(line[name])):
+                    raise self._wrong(place, f'has "{line[name]}" for {name}; expected a number')
+            if (row and not row.isdigit()) or (status in _REMARKS and not row):
+                raise self._wrong(place, f'has the number "{row}"; expected one as 12')
+            told = [row] if status in _REMARKS else [again] if again else []
+            for each in told:
+                if not (each.isdigit() and int(each) in numbers):
+                    raise self._wrong(
+                        place, f"tells of row {each}, which is not there; expected it back, or "
+                        "this line taken out too"
+                    )  # fmt: skip
+            if status not in _REMARKS:
+                own = int(row) if row else place + 1
+                if own in seen:
+                    raise self._wrong(place, f"has the number {own} of another one")
+                seen.add(own)
+
+    def _wrong(self, place: int, what: str) -> MeasurementError:
+        return MeasurementError(f"{self.path}: row {place + 2} {what}")
+
+    def _check_header(self, found: Sequence[str]) -> None:
+        if sorted(found) != sorted(self.columns):
+            strange = [name for name in found if name not in self.columns]
+            missing = [name for name in self.columns if name not in found]
+            told = [f'"{name}" is none of its columns' for name in strange[:1]]
+            told += [f'"{name}" is missing' for name in missing[:1]]
+            raise SymkinError(
+                f"{self.path}: is not the table of this session: "
+                f"{' and '.join(told) or 'a column is there twice'}; expected the columns as they "
+                "were, or for another robot or --observe another folder"
             )
 
     def _cut(self) -> None:
         """Take off a last line that was not written to its end."""
         assert self.path is not None
-        data = self.path.read_bytes()
-        end = data.rfind(b"\n") + 1
-        if end < len(data):
+        data = self._data()
+        end = len(_whole(data))
+        if end < len(data) and not data.startswith(_UTF16):
             self.torn = data[end:].decode("utf-8", "replace")
             partial = self.path.with_name(f"{self.path.name}.partial")
             with partial.open("ab") as file:
@@ -220,9 +375,57 @@ class TriesTable:
                 file.truncate(end)
                 os.fsync(file.fileno())
 
+    def _data(self) -> bytes:
+        assert self.path is not None
+        try:
+            return self.path.read_bytes()
+        except OSError as error:
+            raise SymkinError(
+                f"{self.path}: cannot be read: {error.strerror}; the session goes on once it can"
+            ) from error
+
     def _write(self, text: str) -> None:
         assert self.path is not None
-        with self.path.open("ab") as file:
-            file.write(text.encode())
-            file.flush()
-            os.fsync(file.fileno())
+        size = self.path.stat().st_size if self.path.exists() else 0
+        try:
+            with self.path.open("ab") as file:
+                file.write(text.encode())
+                file.flush()
+                os.fsync(file.fileno())
+        except OSError as error:
+            with suppress(OSError):
+                os.truncate(self.path, size)
+            raise SymkinError(
+                f"{self.path}: cannot be written to: {error.strerror}; nothing was entered, and "
+                "can be again once there is room"
+            ) from error
+
+
+def _whole(data: bytes) -> bytes:
+    """Without a last line that has no end."""
+    return data[: data.rfind(b"\n") + 1]
+
+
+def _decoded(data: bytes) -> str:
+    return data.decode("utf-8-sig", "replace")
+
+
+def _records(text: str, mark: str) -> list[list[str]]:
+    """Cells of the lines that are not empty."""
+    rows = csv.reader(io.StringIO(text, newline=""), delimiter=mark)
+    found = [[cell.strip() for cell in row] for row in rows]
+    return [row for row in found if any(row)]
+
+
+def _text(rows: Iterable[Iterable[str]]) -> str:
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerows(rows)
+    return text.getvalue()
+
+
+def _number(text: str) -> float:
+    """NaN for what is none."""
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan

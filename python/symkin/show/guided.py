@@ -24,6 +24,7 @@ from symkin.show.wording import milli, percent, plural, significant
 __all__ = [
     "WIDTH",
     "ask_text",
+    "begun_text",
     "end_text",
     "pose_cells",
     "progress_text",
@@ -35,8 +36,24 @@ __all__ = [
 _BAR = 26
 WIDTH = 79  # of a terminal; pages break lines themselves
 _NAMED = 3
+_FAR = 5.0  # sigma, of rows that are not called fitting
 _DEGREE = "\N{DEGREE SIGN}"
 _UNKNOWN_MORE = "not known yet"
+
+
+def begun_text(session: Session) -> list[str]:
+    """What was found in the folder of a session that goes on, and mended, in lines."""
+    lines = []
+    if session.torn:
+        lines.append(
+            f"The last line of the table was not complete, and is set aside: {session.torn}"
+        )
+    if session.edited is not None:
+        lines += _filled(
+            f"Another program has saved {TABLE} in its own form; it is put right, and was kept as "
+            f"{session.edited.name}."
+        )
+    return lines
 
 
 def progress_text(session: Session, progress: Progress) -> str:
@@ -60,9 +77,11 @@ def progress_text(session: Session, progress: Progress) -> str:
     bar = "#" * full + "." * (_BAR - full)
     share = percent(progress.confidence)
     repaired = " (after a repair)" if progress.repaired else ""
+    why = progress.failure.partition(" (not shown")[0]
     return "\n".join(
         [
             *_filled(f"{plural(progress.rows, 'row')}{more}{failed};  {'; '.join(parts)}"),
+            *_filled(f"Not known yet, since {why}." if why else ""),
             f"[{bar}]  what {share} of such robots keep{repaired}",
         ]
     )
@@ -119,7 +138,11 @@ def verdict_text(verdict: Verdict, width: int = WIDTH) -> str:
             width=width,
         )
     elif math.isfinite(verdict.deviations):
-        lines.append(f"row {verdict.row} fits ({significant(verdict.deviations, 2)} sigma)")
+        sigma = f"{significant(verdict.deviations, 2)} sigma"
+        told = f"fits ({sigma})"
+        if verdict.deviations > _FAR:
+            told = f"is {sigma} off; nothing is doubted since a row that was kept"
+        lines.append(f"row {verdict.row} {told}")
     return "\n".join(lines)
 
 

@@ -36,7 +36,6 @@ _KEYS = frozenset("soartdku")
 
 def session_state(session: Session, told: str = "") -> dict[str, Any]:
     """Return what the page shows of a session; `told` is what the last entry has come to."""
-    session.refresh()
     ask, problem = _asked(session)
     found, verdict = session.progress, session.verdict
     ended = found.reached or found.never
@@ -195,7 +194,10 @@ class _Page:
         A phone that did not hear the answer asks again.
         """
         session = self._session
-        session.refresh()
+        try:
+            session.refresh()
+        except SymkinError as spoilt:  # the table, by another program
+            return self._json({"error": str(spoilt)}, 422)
         if self._did and body == self._did:
             return self.state({})
         if body.get("tries") != session.tries:
@@ -227,7 +229,7 @@ def _last(verdict: Verdict | None) -> str:
 def _asked(session: Session) -> tuple[Ask | None, str]:
     try:
         return session.next(), ""
-    except SymkinError as error:  # no pose is left
+    except SymkinError as error:  # no pose is left, or the table was spoilt
         return None, str(error)
 
 

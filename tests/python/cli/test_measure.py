@@ -79,3 +79,27 @@ def test_a_device_that_talks_nonsense_ends_the_session(symkin, tmp_path, answer,
     assert done.code == 2
     assert words in done.err
     assert (tmp_path / "measured.csv").read_text().count("\n") == 1
+
+
+_SAME = """
+import json, sys
+for line in sys.stdin:
+    asked = json.loads(line)
+    answer = dict(symkin=1, timeout_s=1e300)
+    if "measure" in asked:
+        answer = dict(id=asked["id"], measured=dict(x_m=0.1, y_m=1.0, phi_rad=0))
+    print(json.dumps(answer), flush=True)
+"""
+
+
+def test_a_device_that_always_says_the_same_does_not_measure_for_ever(symkin, tmp_path):
+    program = tmp_path / "device.py"
+    program.write_text(_SAME)
+    done = symkin(
+        *("measure", "3RRR", "--accuracy", "0.1mm", "--out", tmp_path / "session", *FEW),
+        *("--device", f'"{sys.executable}" "{program}"'),
+    )
+    assert done.code == 2
+    assert "the last 6 rows fit no robot like the drawing; compare the units" in done.err
+    lines = (tmp_path / "session" / "measured.csv").read_text().splitlines()
+    assert sum(line.split(",")[3] in ("ok", "repeat") for line in lines) < 20

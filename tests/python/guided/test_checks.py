@@ -48,6 +48,18 @@ def test_a_slip_of_the_hand_is_seen_at_once_and_named(robot, spoil, likely):
     assert session.progress.repaired
 
 
+def test_a_first_row_that_no_robot_like_the_drawing_has_is_doubted_and_its_unit_named(robot):
+    session, device = robot.measure(ACCURACY, **FEW), SimulatedDevice(robot, seed=3)
+    found = device(session.next())
+    in_mm = {name: 1e3 * found[name] for name in ("x_m", "y_m")}
+    session.add(found | in_mm)
+    assert "Not known yet, since" in progress_text(session, session.progress)
+    assert (session.verdict.doubtful, session.verdict.likely) == (1, "x, y in mm")
+    session.correct(1, session.verdict.edited, session.verdict.likely)
+    assert session.verdict.fine
+    assert session.progress.rows == 1
+
+
 def test_a_wrong_row_is_decided_by_its_repeat_and_more_is_asked_afterwards(robot):
     wrong = 10 * robot.noise.position
     spoil = lambda n, row: row | {"x_m": row["x_m"] + wrong} if n == 12 else row  # noqa: E731
