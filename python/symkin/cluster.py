@@ -17,9 +17,6 @@ from urllib.parse import urlsplit
 from symkin.errors import SymkinError
 from symkin.version import version
 
-__all__ = ["begun", "dask_client", "opened_client", "require_version", "spread"]
-
-
 _AHEAD = 3  # chunks that every core has or waits for
 _CONNECT, _WORKERS = 15, 60  # s
 _RESOLVED = 5  # s, within which a name is

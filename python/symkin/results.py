@@ -21,8 +21,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import FigureBase
 
-__all__ = ["FolderResult", "Result", "loaded"]
-
 _VERSION = 1  # of the fields of results, and of what they hold
 
 

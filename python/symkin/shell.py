@@ -7,8 +7,6 @@ import os
 import re
 import shlex
 
-__all__ = ["typed_word", "words_of"]
-
 _WINDOWS = os.name == "nt"
 _PLAIN = re.compile(r"[\w@+=:,./\\-]+")  # what no shell of Windows takes for something else
 

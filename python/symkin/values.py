@@ -18,8 +18,6 @@ import numpy as np
 
 from symkin.errors import ResultsError
 
-__all__ = ["FrozenMapping", "Value", "field", "plain", "record"]
-
 _Class = TypeVar("_Class", bound=type)
 _PLAIN = (str, int, bool, type(None))  # themselves, not what is derived from them
 

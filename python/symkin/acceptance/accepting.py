@@ -32,8 +32,6 @@ from symkin.model.given import MechanismGiven
 from symkin.model.mechanism import Mechanism
 from symkin.options import Frame, Judge, checks
 
-__all__ = ["accept"]
-
 Array = NDArray[np.float64]
 _SHARE = 0.95
 

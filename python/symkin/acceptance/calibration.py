@@ -16,8 +16,6 @@ from symkin.model.given import as_mechanism
 from symkin.model.mechanism import Mechanism
 from symkin.pipeline import saved_estimate
 
-__all__ = ["calibrated_of", "row_digests", "rows_seen"]
-
 _RESULTS = "results.json"
 
 

@@ -16,8 +16,6 @@ from symkin.model.poses import POSE_SPACES, PoseSpace
 from symkin.results import FolderResult
 from symkin.values import Value, field, record
 
-__all__ = ["ABOUT", "Acceptance", "Judged", "Kind", "TestedPose"]
-
 Kind = Literal["position", "orientation"]
 
 # What a certificate states besides, and what its line is called; empty lines are filled in by hand.

@@ -25,8 +25,6 @@ from symkin.pipeline import saved_estimate
 from symkin.results import Result
 from symkin.values import Value, field, record
 
-__all__ = ["Comparison", "MovedParameter", "compare"]
-
 Array = NDArray[np.float64]
 _RANK = 1e-9  # of the largest eigenvalue, of unknowns in their deviations
 _ALARM = 0.01  # of sound pairs of calibrations are said to differ

@@ -17,17 +17,6 @@ from symkin import _core
 from symkin.errors import SymkinError
 from symkin.values import Value, field, record
 
-__all__ = [
-    "CONTRADICTED",
-    "RISK",
-    "Decision",
-    "RmsLimits",
-    "Verdict",
-    "decide",
-    "limits_of_rms",
-    "poses_for_share",
-]
-
 Array = NDArray[np.float64]
 Verdict = Literal["pass", "fail", "undecided"]
 

@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from symkin.errors import SymkinError
 from symkin.values import Value, field, record
 
-__all__ = ["PoseAccuracy", "pose_accuracy", "visits_of"]
-
 Array = NDArray[np.float64]
 
 

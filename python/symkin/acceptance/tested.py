@@ -26,8 +26,6 @@ from symkin.model.poses import (
 )
 from symkin.model.settings import NoiseSettings
 
-__all__ = ["Tested"]
-
 Array = NDArray[np.float64]
 
 

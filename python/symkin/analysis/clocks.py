@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 from symkin.errors import SymkinError
 from symkin.values import Value, field, record
 
-__all__ = ["Clocks", "Track", "align_clocks", "rests_of"]
-
 Array = NDArray[np.float64]
 
 _SMOOTHED = 0.05  # s, over which speeds are averaged

@@ -25,19 +25,6 @@ from symkin.model.poses import (
 )
 from symkin.values import Value, field, record
 
-__all__ = [
-    "ORDERS",
-    "Convention",
-    "ConventionFit",
-    "Fit",
-    "fits_of",
-    "is_elsewhere",
-    "rotations_from_angles",
-    "spread_of",
-    "taken_as",
-    "ways_of",
-]
-
 Array = NDArray[np.float64]
 Convention = Literal["as measured", "inverse", "conjugate", "scalar first", "mirrored"]
 

@@ -20,8 +20,6 @@ from symkin.model.poses import (
     rotations_from_vectors,
 )
 
-__all__ = ["align"]
-
 Array = NDArray[np.float64]
 
 _STEPS = 50

@@ -15,8 +15,6 @@ from symkin.errors import SymkinError
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import JointLimits
 
-__all__ = ["with_usable_home"]
-
 Array = NDArray[np.float64]
 
 

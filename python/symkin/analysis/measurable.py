@@ -23,8 +23,6 @@ from symkin.model.settings import Frames
 from symkin.model.symmetry import SymmetryPair, SymmetryPairs, symmetry_pairs
 from symkin.values import Value, record
 
-__all__ = ["MeasurableElement", "MeasurableSymmetry", "measurable_symmetry"]
-
 Array = NDArray[np.float64]
 
 _SAME = 1e-6  # of deviations that are alike

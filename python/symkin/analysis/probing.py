@@ -17,20 +17,6 @@ from symkin.model.mechanism import Mechanism
 from symkin.model.settings import Frames
 from symkin.values import Value, field, record
 
-__all__ = [
-    "CALIPER",
-    "PrintedLength",
-    "is_marked",
-    "is_probed",
-    "refuse_commanded",
-    "ruler",
-    "seen_between_rows",
-    "with_bed_radius",
-    "with_pairs_defaults",
-    "with_printed_length",
-    "with_probing_defaults",
-]
-
 CALIPER = 5e-5  # m, standard deviation of a length that was measured with calipers
 _FEW = 3  # rows, by which nothing is judged
 _COMMANDED = 2e-5  # m, to which steps and rounding keep what was commanded

@@ -17,20 +17,6 @@ from symkin.model.mechanism import Mechanism
 from symkin.model.poses import frame, transforms
 from symkin.values import Value, field, record
 
-__all__ = [
-    "CONFIDENCE",
-    "ExpectedAccuracy",
-    "anywhere",
-    "examined",
-    "left_to_gravity",
-    "parameter_effects",
-    "promised",
-    "require_determined",
-    "sampled_bound",
-    "thinned",
-    "variances_by_readings",
-]
-
 Array = NDArray[np.float64]
 _Scalar = TypeVar("_Scalar", bound=np.generic)
 

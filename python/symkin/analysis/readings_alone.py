@@ -12,8 +12,6 @@ from symkin.model.poses import transforms
 from symkin.model.tolerances import parameter_tolerances
 from symkin.values import Value, record
 
-__all__ = ["ReadingsAlone", "readings_alone"]
-
 Array = NDArray[np.float64]
 
 _RANK = 1e-9  # of the largest singular value, with the parameters in their tolerances

@@ -29,19 +29,6 @@ from symkin.model.poses import (
 )
 from symkin.model.settings import Frames
 
-__all__ = [
-    "PlacedPoints",
-    "body_of",
-    "in_three",
-    "is_tracked",
-    "motions_of",
-    "own_poses",
-    "place_points",
-    "turning",
-    "whole",
-    "with_tracking_defaults",
-]
-
 Array = NDArray[np.float64]
 
 _ROUNDS = 3

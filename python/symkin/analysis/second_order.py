@@ -13,8 +13,6 @@ from symkin.errors import SymkinError
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import poses_from_bounds
 
-__all__ = ["second_order"]
-
 _POSES, _DRAWS = 40, 2
 _NOTHING = 1e-7  # of a column: what rounding leaves of one that others explain
 

@@ -26,8 +26,6 @@ from symkin.model.poses import (
 )
 from symkin.model.settings import Frames
 
-__all__ = ["edge_of", "is_along_edge", "on_the_edge", "with_edge_held"]
-
 Array = NDArray[np.float64]
 
 

@@ -12,8 +12,6 @@ from symkin.data.measurements import Measurements
 from symkin.data.observables import OBSERVABLES, Observable
 from symkin.model.poses import PoseSpace
 
-__all__ = ["TargetSeen", "with_held", "with_target_held"]
-
 _FURTHER = [each for each in OBSERVABLES.values() if "target" in each.frames and not each.is_pose]
 
 

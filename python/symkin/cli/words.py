@@ -9,8 +9,6 @@ from typing import Any
 
 from symkin.errors import did_you_mean
 
-__all__ = ["arguments_of", "usage_words", "without_type"]
-
 _TYPE = re.compile(r" <(?:str|Path|float|int|list\[\w+\])>$")
 
 

@@ -10,14 +10,6 @@ from numpy.typing import NDArray
 
 from symkin.model.settings import NoiseSettings
 
-__all__ = [
-    "Directed",
-    "correlated_errors",
-    "correlation_matrices",
-    "directed_errors",
-    "drawn_along",
-]
-
 Array = NDArray[np.float64]
 
 

@@ -13,8 +13,6 @@ from symkin.storage.quantities import COUNTS, unit_factor
 from symkin.storage.tables import Table
 from symkin.values import record
 
-__all__ = ["UNIT", "mapping_for"]
-
 _UNIT = re.compile(r"(.+?)(?:[\s_]+|\s*[\[(]\s*)([^\W\d_]+|°)\s*[\])]?")
 _WORDS = re.compile(r"[^\W\d_]+|\d+")
 UNIT = "?"  # of names without one

@@ -13,8 +13,6 @@ from symkin.data.measurements import Measurements
 from symkin.data.observables import CIRCUMSTANCES
 from symkin.errors import MeasurementError
 
-__all__ = ["joined"]
-
 
 def joined(parts: Sequence[Measurements]) -> Measurements:
     """Put measurements one behind the other, each as a session, from 1.

@@ -28,8 +28,6 @@ from symkin.model.settings import NoiseSettings
 from symkin.results import Result
 from symkin.values import Value, field, record
 
-__all__ = ["ALL_LEGS", "MeasuredRows"]
-
 ALL_LEGS = -1  # the set of poses that serve every leg; in files it is 0, and legs count from 1
 # What may have been observed besides poses and readings.
 _FURTHER = tuple(each for each in OBSERVABLES.values() if each.is_further)

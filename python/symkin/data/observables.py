@@ -19,22 +19,6 @@ from symkin.model.poses import PoseSpace
 from symkin.model.settings import NoiseSettings
 from symkin.values import record
 
-__all__ = [
-    "ATTITUDE",
-    "CIRCUMSTANCES",
-    "COMMANDED",
-    "OBSERVABLES",
-    "PAIR",
-    "PAIR_ROW",
-    "REPORTED",
-    "ROW",
-    "TURN_AXIS",
-    "Circumstance",
-    "Observable",
-    "words_between_rows",
-    "words_with",
-]
-
 REPORTED = "reported_"
 PAIR = "pair"  # of columns of what was measured between a row and another one
 ROW = "row"  # the column of the numbers that name rows in such columns

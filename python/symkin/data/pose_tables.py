@@ -18,8 +18,6 @@ from symkin.model.poses import pose_rows
 from symkin.options import checks
 from symkin.storage.tables import TableSource, read_table
 
-__all__ = ["as_poses", "read_pose_list"]
-
 
 @checks()
 def read_pose_list(source: TableSource, mechanism: MechanismGiven) -> NDArray[np.float64]:

@@ -13,9 +13,6 @@ from numpy.typing import NDArray
 from symkin.data.observables import PAIR
 from symkin.storage.tables import Table
 
-__all__ = ["BACK", "COUNTING", "DROPPED", "LINK", "NOTES", "ROW", "STATUS", "TIME", "UNDONE"]
-__all__ += ["counting_rows", "only_counting"]
-
 STATUS, ROW, TIME = "status", "row", "time_s"
 LINK = f"{PAIR}1_row"  # the number of the row that one was measured with
 COUNTING = ("ok", "repeat")  # and an empty cell, of what somebody else appended

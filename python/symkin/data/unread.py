@@ -13,8 +13,6 @@ from symkin.model.settings import MeasurementColumns
 from symkin.storage.quantities import unit_factor
 from symkin.storage.tables import Table
 
-__all__ = ["refuse_what_is_missed", "unread_columns"]
-
 _Gap = tuple[str, str, str]  # what no column holds, its SI unit, and what the table calls it
 
 

@@ -25,9 +25,6 @@ from symkin.model.file_frames import as_drawn
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import POSE_SPACES
 
-__all__ = ["as_shown", "measurement_columns", "observed_columns"]
-
-
 LOST_ORIENTATION = (
     "has a reported position without an orientation; the mechanism's file has its platform's frame "
     "elsewhere than symkin, so that expected are both or neither"

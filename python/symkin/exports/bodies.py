@@ -12,8 +12,6 @@ from numpy.typing import NDArray
 from symkin.model.poses import Transform, rotations_from_quaternions, rotations_from_vectors
 from symkin.values import record
 
-__all__ = ["Body", "Closure", "Coupling", "Joint", "Structure", "universal"]
-
 Array = NDArray[np.float64]
 _X, _Y, _Z = np.eye(3)
 

@@ -15,9 +15,6 @@ from symkin.errors import SymkinError
 from symkin.model.mechanism import Mechanism
 from symkin.values import Value, field, record
 
-__all__ = ["Loss"]
-
-
 Array = NDArray[np.float64]
 
 _POSES = 2000

@@ -17,8 +17,6 @@ from symkin.model.mechanism import Mechanism
 from symkin.model.poses import Transform, rotations_from_vectors, transforms
 from symkin.values import record
 
-__all__ = ["declared_structure"]
-
 Array = NDArray[np.float64]
 _Z = np.array([0.0, 0.0, 1.0])
 _STILL = np.eye(4)

@@ -37,8 +37,6 @@ from symkin.model.poses import (
 from symkin.model.settings import WorkspaceSettings
 from symkin.storage.toml_file import WrongValueError
 
-__all__ = ["mechanism_of_scene"]
-
 Array = NDArray[np.float64]
 _Path = Sequence[tuple[Array, Moving | None]]  # transforms, each with the joint behind it
 _PLATFORM = "platform"

@@ -27,8 +27,6 @@ from symkin.options import checks
 from symkin.storage.output_files import OutputFiles
 from symkin.values import Value, field, record
 
-__all__ = ["FORMATS", "Exported", "Format", "export", "joint_values"]
-
 
 @record
 class Exported(Value):

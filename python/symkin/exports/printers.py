@@ -18,8 +18,6 @@ from symkin.model.settings import (
     WorkspaceSettings,
 )
 
-__all__ = ["ASSUMED", "ASSUMED_OF_CRANKS", "CONDITION", "few_heights", "printer_of", "rotary_of"]
-
 CONDITION = 10.0
 _NOISE = NoiseSettings(position=2.5e-5, orientation=0.0, reading=5e-6)
 ASSUMED = (

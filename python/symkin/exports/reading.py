@@ -45,8 +45,6 @@ from symkin.model.settings import WorkspaceSettings
 from symkin.storage.tables import file_bytes, kind_of_file
 from symkin.values import Value, field, record
 
-__all__ = ["Imported", "import_mechanism"]
-
 Array = NDArray[np.float64]
 
 _Z = np.array([0.0, 0.0, 1.0])

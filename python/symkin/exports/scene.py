@@ -13,8 +13,6 @@ from symkin.errors import SymkinError
 from symkin.model.poses import rotations_from_quaternions
 from symkin.values import record
 
-__all__ = ["WORLD", "Loop", "Moving", "Part", "Scene", "frame_of", "of_quaternion"]
-
 Array = NDArray[np.float64]
 WORLD = ""
 

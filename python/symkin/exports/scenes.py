@@ -25,8 +25,6 @@ from symkin.model.poses import (
 )
 from symkin.storage.toml_file import read_toml
 
-__all__ = ["bodies_in_words", "read_scene", "turn_from_z"]
-
 Array = NDArray[np.float64]
 _X, _Y, _Z = np.eye(3)
 

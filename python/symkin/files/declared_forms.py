@@ -22,8 +22,6 @@ from symkin.model.poses import PoseSpace, roll_pitch_yaw, rotations_from_vectors
 from symkin.storage.quantities import evaluate_quantity
 from symkin.storage.toml_file import TomlSource, WrongValueError
 
-__all__ = ["DYAD_KEYS", "box_of", "home_values", "written_out"]
-
 Array = NDArray[np.float64]
 _Values = dict[str, Any]
 _DYAD = re.compile(r"(\[R\]|R)(\[R\]|R)(\[R\]|R)")

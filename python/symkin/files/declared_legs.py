@@ -31,8 +31,6 @@ from symkin.model.poses import (
 from symkin.storage.quantities import evaluate_quantity
 from symkin.storage.toml_file import KeyPath, Kind, TomlSource, WrongValueError, list_of, read_at
 
-__all__ = ["declared_leg", "with_declared_chains"]
-
 Array = NDArray[np.float64]
 _Values = dict[str, Any]
 

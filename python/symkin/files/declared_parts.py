@@ -14,8 +14,6 @@ from symkin.errors import SymkinError, did_you_mean
 from symkin.storage.quantities import evaluate_quantity
 from symkin.storage.toml_file import WrongValueError
 
-__all__ = ["LegBuilder", "has_several_paths", "rotation_of", "stays_in_plane", "transform_matrix"]
-
 Array = NDArray[np.float64]
 _Values = dict[str, Any]
 

@@ -21,8 +21,6 @@ from symkin.storage.toml_file import (
     toml_value,
 )
 
-__all__ = ["with_comments"]
-
 _WAS = "was "
 
 

@@ -9,8 +9,6 @@ from numpy.typing import NDArray
 from symkin.model.file_frames import anchor
 from symkin.model.mechanism import Mechanism
 
-__all__ = ["canonical"]
-
 Array = NDArray[np.float64]
 
 

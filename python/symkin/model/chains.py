@@ -24,24 +24,6 @@ from symkin.model.poses import POSE_SPACES
 from symkin.options import Platform, checks
 from symkin.values import FrozenMapping, record
 
-__all__ = [
-    "ABSENT",
-    "PLATFORMS",
-    "ChainInfo",
-    "Leg",
-    "ParameterRole",
-    "chain_info",
-    "chains",
-    "chains_in_words",
-    "common_reading_unit",
-    "legs_counted",
-    "legs_in_words",
-    "parameter_values",
-    "require_mixable",
-    "shortest",
-    "union_of_names",
-]
-
 PLATFORMS: tuple[Platform, ...] = get_args(Platform)
 
 

@@ -14,8 +14,6 @@ from symkin.model.mechanism import Mechanism
 from symkin.model.poses import Transform, frame
 from symkin.model.settings import Frames
 
-__all__ = ["Slopes", "core_setup", "frames_of", "scalar_names", "scalar_values", "setup_with"]
-
 Array = NDArray[np.float64]
 
 

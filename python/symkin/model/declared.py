@@ -17,8 +17,6 @@ from typing import Any
 from symkin import _core
 from symkin.values import record
 
-__all__ = ["DeclaredChain", "declare", "declared_chain", "label_of", "readings_of_legs"]
-
 _MARK = "@"
 
 

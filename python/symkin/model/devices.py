@@ -18,8 +18,6 @@ from symkin.model.settings import Frames, IdentificationSettings, NoiseSettings
 from symkin.options import Observable, Visit
 from symkin.values import record
 
-__all__ = ["DEVICES", "Device", "device_of", "equipped"]
-
 
 @record
 class Device:

@@ -29,26 +29,6 @@ from symkin.model.symmetry import detect_symmetry
 from symkin.model.symmetry.comparison import scaled_tolerance
 from symkin.model.symmetry.groups import detect_within
 
-__all__ = [
-    "anchor",
-    "as_drawn",
-    "axis_of_drawing",
-    "cartesian",
-    "centres",
-    "drawn_frames",
-    "drawn_workspace",
-    "from_drawing",
-    "jacobian",
-    "moved_workspace",
-    "own_frames",
-    "own_workspace",
-    "point_parameters",
-    "polar",
-    "split_covariance",
-    "with_correlations",
-    "with_moved_workspace",
-]
-
 Array = NDArray[np.float64]
 
 # A centre serves if no leg is much nearer to its axis than the legs are to each other, where small

@@ -6,8 +6,6 @@ from __future__ import annotations
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import Array, frame, poses_of, transforms
 
-__all__ = ["framed", "unframed"]
-
 
 def unframed(mechanism: Mechanism, poses: Array) -> Array:
     """Poses of the target in the device's frame as poses of the platform in the base's."""

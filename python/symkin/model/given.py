@@ -12,8 +12,6 @@ from typing_extensions import TypeVar
 from symkin.errors import MechanismError, shown
 from symkin.model.mechanism import Mechanism
 
-__all__ = ["Given", "MechanismGiven", "as_mechanism"]
-
 # What a mechanism is given as; of whatever class it is, what is made of it has that class too.
 Given = TypeVar("Given", bound=Mechanism, default=Mechanism)
 MechanismGiven = Mechanism | str | os.PathLike[str]

@@ -16,8 +16,6 @@ from numpy.typing import ArrayLike, NDArray
 from symkin.errors import MechanismError
 from symkin.values import record
 
-__all__ = ["SensorTable", "wrong_row"]
-
 Array = NDArray[np.float64]
 _LEAST_ROWS = 2
 SAME_TURN = 1e-9  # of a table's length: rounding, such as that of degrees

@@ -10,8 +10,6 @@ from symkin import _core
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import NoiseSettings, Tolerances
 
-__all__ = ["UNKNOWN", "noise_of", "parameter_tolerances", "tolerances_of"]
-
 # Times the tolerance: a parameter of such a standard deviation is in effect not measured.
 UNKNOWN = 10
 

@@ -11,8 +11,6 @@ from symkin.model.chains import shortest
 from symkin.model.mechanism import Mechanism
 from symkin.model.sensor_table import SAME_TURN, Array
 
-__all__ = ["shortest_ways", "turn_of", "turned_home", "turned_into_table"]
-
 
 def turn_of(mechanism: Mechanism, leg: int) -> float | None:
     """One turn of a leg's angular joint in the sensor's unit; None for a length."""

@@ -20,8 +20,6 @@ from numpy.typing import NDArray
 from symkin.errors import SymkinError, shown
 from symkin.options.table import OPTIONS
 
-__all__ = ["checks"]
-
 P = ParamSpec("P")
 T = TypeVar("T")
 

@@ -10,8 +10,6 @@ from typing import Any, Literal, get_args, get_origin
 
 from symkin.errors import SymkinError, one_of, shown
 
-__all__ = ["Option"]
-
 
 @dataclass(frozen=True)
 class Option:

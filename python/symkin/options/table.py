@@ -28,8 +28,6 @@ from symkin.options.words import (
     Visit,
 )
 
-__all__ = ["OPTIONS", "checked", "flags_of"]
-
 # Titles of the groups that the short help leaves out
 _CHOOSING = "How poses are chosen"
 _OBSERVING = "What is observed, and where things stand"

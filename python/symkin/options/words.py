@@ -5,28 +5,6 @@ from __future__ import annotations
 
 from typing import Literal
 
-__all__ = [
-    "Criterion",
-    "Design",
-    "Estimator",
-    "Format",
-    "Frame",
-    "Gauge",
-    "Judge",
-    "Loss",
-    "LossPer",
-    "Moving",
-    "Observable",
-    "Platform",
-    "PoseUse",
-    "Prior",
-    "RowKind",
-    "SelectionMethod",
-    "Sensor",
-    "SessionsOwn",
-    "Visit",
-]
-
 Criterion = Literal["O1", "O2", "O3", "O4", "O5", "expected_error"]
 Design = Literal["legs", "orbits", "mechanism"]
 Estimator = Literal["paper", "inverse", "implicit", "joint"]

@@ -8,8 +8,6 @@ from symkin.estimate.survey import Survey
 from symkin.planning.selection import Clearance, Criterion, Design, Selection, SelectionMethod
 from symkin.values import Value, field, record
 
-__all__ = ["ChosenPoses", "PlanBasis"]
-
 
 @record
 class ChosenPoses(Value):

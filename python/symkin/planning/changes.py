@@ -19,8 +19,6 @@ from symkin.model.core_setup import core_setup, scalar_names
 from symkin.model.mechanism import Mechanism
 from symkin.storage.quantities import evaluate_quantity
 
-__all__ = ["changes_of", "with_sessions"]
-
 _EXPECTED = (
     "expected drift, backlash, growth, step with the number of a row, or session with its own, as "
     "leg2.drift of a leg, drift of every leg, drift.x of where the base is, or session1.noise"

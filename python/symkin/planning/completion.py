@@ -19,8 +19,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Completing"]
-
 Array = NDArray[np.float64]
 
 _POOL = 40  # of the best candidates of every step, for which members are exchanged

@@ -17,8 +17,6 @@ from symkin.estimate.survey import Survey
 from symkin.model.mechanism import Mechanism
 from symkin.planning.accuracy import PlannedPoses
 
-__all__ = ["drift_shown"]
-
 
 def drift_shown(
     mechanism: Mechanism, plan: PlannedPoses, survey: Survey | None = None

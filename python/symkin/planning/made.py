@@ -11,8 +11,6 @@ from symkin.model.canonical import canonical
 from symkin.model.mechanism import Mechanism
 from symkin.model.tolerances import tolerances_of
 
-__all__ = ["disturb", "poses_taken"]
-
 Array = NDArray[np.float64]
 
 _ROBOTS = 32  # by which a promise is known to 0.7% of a Hexa, and to 0.1% of others

@@ -46,8 +46,6 @@ from symkin.planning.visiting import there_and_back, visiting_order
 from symkin.storage.tables import TableSource
 from symkin.values import record
 
-__all__ = ["default_design", "for_all_parameters", "make_plan", "plan"]
-
 Poses = NDArray[np.float64]
 
 _THINNED = 2000  # candidates among which spares are sought

@@ -18,8 +18,6 @@ from symkin.model.settings import height_of_bed
 from symkin.planning.selection import Task
 from symkin.values import record
 
-__all__ = ["dealt", "is_probing", "where_observed"]
-
 Array = NDArray[np.float64]
 
 

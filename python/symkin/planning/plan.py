@@ -37,8 +37,6 @@ from symkin.storage.output_files import OutputFiles
 from symkin.storage.tables import write_table
 from symkin.values import record
 
-__all__ = ["Plan", "plan_columns", "write_plan"]
-
 Array = NDArray[np.float64]
 
 

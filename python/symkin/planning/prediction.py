@@ -29,8 +29,6 @@ from symkin.planning.selection import Criterion, Design, design_tasks
 from symkin.results import Result
 from symkin.values import Value, plain, record
 
-__all__ = ["NeededPoses", "PoseCountCurve", "Remedy", "pose_count_curve"]
-
 _POINTS = 25  # of a curve
 _LARGEST = 10  # times as many poses as parameters, of a curve
 _MOST = 50  # the same, when an accuracy asks for them

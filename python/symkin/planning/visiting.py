@@ -12,8 +12,6 @@ from symkin.model.poses import pose_rows
 
 Array = NDArray[np.float64]
 
-__all__ = ["Way", "there_and_back", "travel_length", "visiting_order"]
-
 
 def travel_length(mechanism: Mechanism, poses: ArrayLike | WorkspaceSample) -> float:
     """Length of the way from home through poses in their order, m; of a platform that turns, rad.

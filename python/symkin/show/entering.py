@@ -14,8 +14,6 @@ from symkin.show.guided import verdict_text
 from symkin.show.units import on_paper
 from symkin.show.wording import plural
 
-__all__ = ["KEYS", "Entry", "decisions", "entered", "entries_of", "obeyed"]
-
 KEYS = {"s": "skip", "o": "occluded", "a": "avoid region", "r": "repeat", "u": "undo"}
 _DECIDING = ("t", "d", "k")
 _NOT_SEEN = ("-", "?")

@@ -72,8 +72,6 @@ from symkin.show.wording import (
     sources,
 )
 
-__all__ = ["estimate_page", "estimate_summary", "instrument_of", "judgement", "parameter_section"]
-
 _INTERVAL = 1.96  # standard deviations: holds 95% of normal errors
 _INFLUENTIAL = 8
 _WEAKEST = 3  # unknowns in one line

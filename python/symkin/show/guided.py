@@ -21,18 +21,6 @@ from symkin.shell import typed_word
 from symkin.show.units import on_paper
 from symkin.show.wording import milli, percent, plural, significant
 
-__all__ = [
-    "WIDTH",
-    "ask_text",
-    "begun_text",
-    "end_text",
-    "pose_cells",
-    "progress_text",
-    "reading_cells",
-    "resolved_text",
-    "verdict_text",
-]
-
 _BAR = 26
 WIDTH = 79  # of a terminal; pages break lines themselves
 _NAMED = 3

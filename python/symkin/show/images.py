@@ -12,8 +12,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import FigureBase
 
-__all__ = ["plotted"]
-
 
 def plotted(
     name: str, *arguments: Any, module: str = "symkin.show.figures", **options: Any

@@ -18,8 +18,6 @@ from symkin.show.images import plotted
 from symkin.show.theme import MANY
 from symkin.show.wording import fixed, milli, quoted, significant
 
-__all__ = ["observation_section", "rms"]
-
 _BINNED = (
     " Of so many rows bins are shown, by their median and what holds 90% of them, and those rows "
     "that fit worst; residuals.csv, beside the page, has all."

@@ -26,8 +26,6 @@ if TYPE_CHECKING:  # an extra
     from starlette.requests import Request
     from starlette.responses import Response
 
-__all__ = ["on_loopback", "serve", "session_app", "session_state"]
-
 _LOOPBACK = ["127.0.0.1", "localhost", "[::1]"]
 _MOST_BYTES = 100_000  # of what is told at once
 _BROKEN_THERE = 10_000  # characters of a line: pages break them

@@ -13,17 +13,6 @@ from numpy.typing import NDArray
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import quaternions_from_rotation_vectors
 
-__all__ = [
-    "Joint",
-    "Skeleton",
-    "arcs",
-    "drawn_centres",
-    "joints_of",
-    "outline",
-    "rails_of",
-    "skeleton_of",
-]
-
 Array = NDArray[np.float64]
 
 _SEEN = 0.3  # of the characteristic length

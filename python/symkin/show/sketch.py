@@ -13,8 +13,6 @@ from symkin.model.mechanism import Mechanism
 from symkin.show.skeleton import arcs, skeleton_of
 from symkin.show.theme import LEG_COLOURS
 
-__all__ = ["sketch"]
-
 Array = NDArray[np.float64]
 
 _AZIMUTH, _ELEVATION = math.radians(-65), math.radians(22)  # as figures and pages look at it

@@ -12,8 +12,6 @@ from symkin.model.symmetry import SymmetryPairs
 from symkin.present import Group, Page, Section, Table, page_of
 from symkin.show.wording import NONE, significant
 
-__all__ = ["pairs_page", "pairs_table", "robot_symmetry_page", "robot_symmetry_section"]
-
 _LIKELY = 0.05  # p values above it speak for the symmetry, or not against it
 
 

@@ -11,20 +11,6 @@ if TYPE_CHECKING:  # this is read where figures are not drawn
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
 
-__all__ = [
-    "ACCENT",
-    "AFTER",
-    "BEFORE",
-    "INK",
-    "LINE",
-    "MANY",
-    "PAPER",
-    "THEME",
-    "name_points",
-    "point_names",
-]
-
-
 MANY = 3000  # rows; of more, figures show bins and those that fit worst
 INK = "#333333"
 LINE = "#999999"

@@ -12,8 +12,6 @@ from symkin.errors import QuantityError
 from symkin.storage.quantities import unit_factor, unit_names
 from symkin.storage.tables import WRITTEN_UNITS
 
-__all__ = ["in_units", "on_paper", "units_of"]
-
 _SIGNS = {"deg": "\N{DEGREE SIGN}", "um": "\N{MICRO SIGN}m", "urad": "\N{MICRO SIGN}rad"}
 _UNITS: ContextVar[tuple[str, str]] = ContextVar("units", default=("mm", "deg"))
 

@@ -23,8 +23,6 @@ import numpy as np
 from symkin.errors import ResultsError
 from symkin.storage.shipped import located, portable
 
-__all__ = ["decoded", "encoded"]
-
 _NUMBERS = {"nan": math.nan, "inf": math.inf, "-inf": -math.inf}  # which JSON does not have
 _SHARED = "same_as"
 _LARGE = 100  # values of an array that nobody reads as numbers

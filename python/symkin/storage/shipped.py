@@ -6,8 +6,6 @@ from __future__ import annotations
 import functools
 from pathlib import Path
 
-__all__ = ["located", "portable", "shipped_files", "shipped_folder"]
-
 
 @functools.cache
 def shipped_folder() -> Path:

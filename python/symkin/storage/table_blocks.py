@@ -30,8 +30,6 @@ from symkin.storage.tables import (
     utf8,
 )
 
-__all__ = ["table_blocks"]
-
 _Error = Callable[[str], MeasurementError]
 
 _CSV_BYTES = 8_000_000  # of a block

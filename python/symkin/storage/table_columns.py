@@ -13,8 +13,6 @@ from numpy.typing import NDArray
 from symkin import _core
 from symkin.values import record
 
-__all__ = ["Column", "CsvCells", "Numbers", "Words", "column_of"]
-
 Cell = tuple[int, str]  # the row, from 0, and what stands there
 
 

@@ -31,8 +31,6 @@ from symkin.study.definition import Cell, StudyDefinition
 from symkin.study.robots import NORMAL_95
 from symkin.values import Value, record
 
-__all__ = ["TASKS", "CostResult", "Exponent", "measure_cost", "seconds_of", "with_legs"]
-
 Array = NDArray[np.float64]
 
 # What is timed, in the order of the columns, and what the theory says of n legs.

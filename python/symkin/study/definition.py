@@ -41,8 +41,6 @@ from symkin.study.extension import KNOWN, StudyExtension, extension_named, exten
 from symkin.values import record
 from symkin.version import version
 
-__all__ = ["Cell", "StudyDefinition", "StudyKind", "builtin_studies", "builtin_text", "load_study"]
-
 StudyKind = Literal["accuracy", "cost", "symmetry"]
 _BUILTIN = Path(__file__).parent / "builtin"
 _PER_PARAMETER = re.compile(r"(\d+(?:\.\d+)?) ?p")

@@ -16,8 +16,6 @@ from symkin.values import record
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
 
-__all__ = ["GROUP", "KNOWN", "StudyExtension", "extension_named", "extension_names"]
-
 GROUP = "symkin.studies"
 
 # Packages of the project that bring studies and are not always installed.

@@ -12,8 +12,6 @@ from symkin.model.symmetry import map_poses
 from symkin.planning import Plan
 from symkin.planning.selection import LegRows, allowed_candidates, design_tasks, select_poses
 
-__all__ = ["mapped_candidates", "mapped_efficiency"]
-
 Array = NDArray[np.float64]
 
 

@@ -20,8 +20,6 @@ from symkin.storage.output_files import OutputFiles, alone
 from symkin.study.definition import StudyDefinition
 from symkin.study.robots import COLUMNS
 
-__all__ = ["TABLES", "Chunk", "Columns", "Parts"]
-
 Chunk = tuple[int, int]  # first robot, and the one behind the last
 Columns = dict[str, NDArray[Any]]
 

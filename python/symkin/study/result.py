@@ -32,8 +32,6 @@ from symkin.study.summaries import (
 )
 from symkin.values import Value, field, plain, record
 
-__all__ = ["Protocol", "Recommendation", "StudyResult", "recommend"]
-
 Array = NDArray[np.float64]
 
 

@@ -25,8 +25,6 @@ from symkin.study.definition import Cell, StudyDefinition
 from symkin.study.mapping import mapped_candidates, mapped_efficiency
 from symkin.values import Value, record
 
-__all__ = ["COLUMNS", "NORMAL_95", "Job", "robot_seed", "scaled"]
-
 Array = NDArray[np.float64]
 Plans = Mapping[tuple[Any, ...], Plan | str]
 

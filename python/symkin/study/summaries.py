@@ -13,15 +13,6 @@ from symkin.study.definition import Cell
 from symkin.study.robots import NORMAL_95
 from symkin.values import Value, field, record
 
-__all__ = [
-    "CellSummary",
-    "ErrorFigure",
-    "PairedComparison",
-    "Ratio",
-    "paired",
-    "standard_error",
-]
-
 Array = NDArray[np.float64]
 
 

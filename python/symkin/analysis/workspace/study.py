@@ -26,21 +26,6 @@ from symkin.options import checks
 from symkin.results import Result
 from symkin.values import Value, field, plain, record
 
-__all__ = [
-    "READING_ROUNDING",
-    "ConstantOrientation",
-    "ElementCheck",
-    "ModeSlices",
-    "WorkspaceStudy",
-    "check_elements",
-    "constant_orientations",
-    "mode_slices",
-    "other_working_modes",
-    "singular_orientations",
-    "slice_coordinates",
-    "study_workspace",
-]
-
 Array = NDArray[np.float64]
 
 _PAPER_ORIENTATIONS = (0.0, 0.4, 0.6)  # rad, section 6.2

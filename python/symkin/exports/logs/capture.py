@@ -26,8 +26,6 @@ from symkin.storage.quantities import unit_factor
 from symkin.storage.tables import read_table
 from symkin.values import record
 
-__all__ = ["MOTIVE", "ROS", "VICON"]
-
 Array = NDArray[np.float64]
 
 _UNITS = {"meters": 1.0, "metres": 1.0, "millimeters": 1e-3, "millimetres": 1e-3,

@@ -21,8 +21,6 @@ from symkin.exports.firmware import LinearDelta
 from symkin.exports.logs.log import Asked, ImportedLog, Log, LogFormat
 from symkin.exports.printers import few_heights, printer_of
 
-__all__ = ["MARLIN", "REPRAP"]
-
 Array = NDArray[np.float64]
 
 _TOWERS = np.array([210.0, 330.0, 90.0])

@@ -12,8 +12,6 @@ from symkin.errors import SymkinError
 from symkin.model.mechanism import Mechanism
 from symkin.values import Value, field, record
 
-__all__ = ["Asked", "ImportedLog", "Log", "LogFormat"]
-
 
 @record
 class Asked:

@@ -16,8 +16,6 @@ import numpy as np
 
 from symkin.exports.logs.log import Asked, ImportedLog, Log, LogFormat
 
-__all__ = ["EXCEL", "JSON", "MASLOW"]
-
 _MOST_ROWS, _MOST_COLUMNS = 200_000, 400
 _MOST_UNPACKED = 200_000_000  # bytes of a sheet
 _DEEPEST = 8

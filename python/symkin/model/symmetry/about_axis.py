@@ -18,10 +18,6 @@ from symkin.model.poses import POSE_SPACES
 from symkin.model.settings import DeclaredSymmetry
 from symkin.model.symmetry.naming import element_words
 
-__all__ = [
-    "declared_pairs", "filled_up", "images_about_axis", "orbits_about_axis", "verify_about_axis",
-]  # fmt: skip
-
 Vector = NDArray[np.float64]
 Pair = _core.SymmetryPair
 

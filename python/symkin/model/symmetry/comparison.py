@@ -30,13 +30,6 @@ from symkin.options import checks
 from symkin.results import Result
 from symkin.values import Value, field, plain, record
 
-__all__ = [
-    "ParameterDeviation",
-    "SymmetryComparison",
-    "SymmetryVerdict",
-    "compare_symmetry",
-]
-
 SymmetryVerdict = Literal["exact", "nearly", "broken"]
 
 _ROUNDING = _core.SymmetryTolerance()

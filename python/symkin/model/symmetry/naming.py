@@ -9,8 +9,6 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["element_words", "group_name"]
-
 Matrix = NDArray[np.float64]
 
 _SAME = 1e-3  # of entries: far less than between two elements of a group

@@ -25,8 +25,6 @@ from symkin.options import checks
 from symkin.results import Result
 from symkin.values import Value, field, record
 
-__all__ = ["JointMap", "Motion", "SymmetryPair", "SymmetryPairs", "fixes_home", "symmetry_pairs"]
-
 _ROUNDING = 1e-6  # m and rad
 _SAME = 1e-3  # of matrices' entries and shifts in m: less than between two elements
 

@@ -13,8 +13,6 @@ from symkin.model.mechanism import Mechanism
 from symkin.model.symmetry.pairs import SymmetryPair, SymmetryPairs, symmetry_pairs
 from symkin.model.tolerances import parameter_tolerances
 
-__all__ = ["RoleImage", "role_images"]
-
 _NEARLY = 3.0  # tolerances by which legs of a robot that was made may be off
 _ROUNDING = 1e-6
 _BY_ERRORS = 0.05  # tolerances that errors of such a robot bring into one of a parameter
