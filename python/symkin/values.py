@@ -15,9 +15,11 @@ from pathlib import Path
 from typing import Any, ClassVar, TypeVar, cast, dataclass_transform
 
 import numpy as np
+from numpy.typing import NDArray
 
 from symkin.errors import ResultsError
 
+Array = NDArray[np.float64]
 _Class = TypeVar("_Class", bound=type)
 _PLAIN = (str, int, bool, type(None))  # themselves, not what is derived from them
 

@@ -9,7 +9,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin.acceptance.calibration import calibrated_of, rows_seen
 from symkin.acceptance.certificate import ABOUT, Acceptance, Judged, Kind, TestedPose
@@ -31,8 +30,8 @@ from symkin.estimate.estimate import Estimate
 from symkin.model.given import MechanismGiven
 from symkin.model.mechanism import Mechanism
 from symkin.options import Frame, Judge, checks
+from symkin.values import Array
 
-Array = NDArray[np.float64]
 _SHARE = 0.95
 
 

@@ -8,13 +8,12 @@ from collections.abc import Mapping
 from typing import Any, ClassVar, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin.acceptance.limits import Decision, RmsLimits, Verdict
 from symkin.acceptance.repeatability import PoseAccuracy
 from symkin.model.poses import POSE_SPACES, PoseSpace
 from symkin.results import FolderResult
-from symkin.values import Value, field, record
+from symkin.values import Array, Value, field, record
 
 Kind = Literal["position", "orientation"]
 
@@ -136,8 +135,8 @@ class Acceptance(FolderResult):
     unread: int = 0
     unmeasured: int = 0
     fitted: tuple[str, ...] = ()
-    tested: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 2)))
-    workspace: NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 2)))
+    tested: Array = field(default_factory=lambda: np.zeros((0, 2)))
+    workspace: Array = field(default_factory=lambda: np.zeros((0, 2)))
     about: Mapping[str, str] = field(default_factory=dict)
     digests: tuple[tuple[str, str], ...] = ()
     notes: tuple[str, ...] = ()

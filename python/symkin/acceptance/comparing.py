@@ -9,7 +9,6 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.acceptance.calibration import row_digests
@@ -23,9 +22,8 @@ from symkin.model.poses import transforms
 from symkin.options import checks
 from symkin.pipeline import saved_estimate
 from symkin.results import Result
-from symkin.values import Value, field, record
+from symkin.values import Array, Value, field, record
 
-Array = NDArray[np.float64]
 _RANK = 1e-9  # of the largest eigenvalue, of unknowns in their deviations
 _ALARM = 0.01  # of sound pairs of calibrations are said to differ
 

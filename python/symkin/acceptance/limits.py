@@ -11,13 +11,11 @@ from collections.abc import Callable
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import SymkinError
-from symkin.values import Value, field, record
+from symkin.values import Array, Value, field, record
 
-Array = NDArray[np.float64]
 Verdict = Literal["pass", "fail", "undecided"]
 
 RISK = 0.05  # of a verdict that is wrong, to either side

@@ -9,9 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin.errors import SymkinError
-from symkin.values import Value, field, record
-
-Array = NDArray[np.float64]
+from symkin.values import Array, Value, field, record
 
 
 @record

@@ -8,7 +8,6 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin.analysis.promises import variances_by_readings
 from symkin.analysis.reflectors import in_three, is_tracked, motions_of, turning
@@ -25,8 +24,7 @@ from symkin.model.poses import (
     transforms,
 )
 from symkin.model.settings import NoiseSettings
-
-Array = NDArray[np.float64]
+from symkin.values import Array
 
 
 class Tested:

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from symkin import _core
 from symkin.analysis.conventions import (
@@ -48,7 +48,7 @@ from symkin.options import checks
 from symkin.results import Result
 from symkin.storage.tables import Table, TableSource, read_table
 from symkin.storage.toml_file import toml_value
-from symkin.values import field, record
+from symkin.values import Array, field, record
 
 __all__ = [
     "Alignment",
@@ -60,7 +60,6 @@ __all__ = [
     "poses_of_mechanism",
 ]
 
-Array = NDArray[np.float64]
 
 _PLAINLY = 1.5  # times: a convention fits if the next one leaves so much more
 _LITTLE_LEFT = 0.03  # of the spread: no other order of columns would leave less

@@ -9,7 +9,6 @@ from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin.analysis.conditions import Conditions, check_conditions
 from symkin.analysis.measurable import MeasurableSymmetry, measurable_symmetry
@@ -39,7 +38,7 @@ from symkin.model.symmetry.groups import core_pairs, mechanism_groups
 from symkin.model.tolerances import UNKNOWN
 from symkin.options import checks
 from symkin.results import Result
-from symkin.values import FrozenMapping, Value, field, plain, record
+from symkin.values import Array, FrozenMapping, Value, field, plain, record
 
 __all__ = ["CheckResult", "HomePose", "LegOrigin", "check_mechanism", "undefined_angles"]
 
@@ -87,9 +86,9 @@ class HomePose(Value):
         Of dq/dpose, rotations scaled by the characteristic length.
     """
 
-    pose: NDArray[np.float64]
-    readings: NDArray[np.float64]
-    serial: NDArray[np.float64]
+    pose: Array
+    readings: Array
+    serial: Array
     parallel: float
     condition: float
 
@@ -168,7 +167,7 @@ class CheckResult(Result):
         return math.nan if self.sample is None else self.sample.share
 
     @property
-    def leg_poses(self) -> tuple[NDArray[np.float64], ...]:
+    def leg_poses(self) -> tuple[Array, ...]:
         """For each leg the sample's poses, carried by the element that carries its reference.
 
         There a symmetric mechanism shows the same of every leg (Eq. 10). Empty without a sample.
@@ -417,16 +416,14 @@ def _is_quick(chain: ChainInfo) -> bool:
     return not chain.declared or bool(chain.runs_as)
 
 
-def _leg_poses(mechanism: Mechanism, sample: WorkspaceSample) -> tuple[NDArray[np.float64], ...]:
+def _leg_poses(mechanism: Mechanism, sample: WorkspaceSample) -> tuple[Array, ...]:
     """Poses carried to each leg by the element that carries its reference leg (Eqs. 14, 22)."""
     rows = pose_rows(sample)
     pairs = core_pairs(mechanism, (each for _, each in leg_carriers(mechanism)))
     return tuple(pair.transform_poses(mechanism.core, rows) for pair in pairs)
 
 
-def _over_tolerances(
-    mechanism: Mechanism, leg: int, poses: NDArray[np.float64]
-) -> Iterator[tuple[str, float]]:
+def _over_tolerances(mechanism: Mechanism, leg: int, poses: Array) -> Iterator[tuple[str, float]]:
     """Standard deviations to expect of a leg's parameters, in tolerances, from such poses."""
     rows, names, tolerances = rows_of_leg(mechanism, leg, poses, "noise_aware")
     rows = rows[np.isfinite(rows).all(axis=1)] * tolerances

@@ -11,12 +11,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin.errors import SymkinError
-from symkin.values import Value, field, record
-
-Array = NDArray[np.float64]
+from symkin.values import Array, Value, field, record
 
 _SMOOTHED = 0.05  # s, over which speeds are averaged
 _WINDOWS = 6

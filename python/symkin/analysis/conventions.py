@@ -9,7 +9,6 @@ from collections.abc import Iterator, Sequence
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin.analysis.frame_fit import align
 from symkin.errors import SymkinError
@@ -23,9 +22,8 @@ from symkin.model.poses import (
     transforms,
     vectors_from_rotations,
 )
-from symkin.values import Value, field, record
+from symkin.values import Array, Value, field, record
 
-Array = NDArray[np.float64]
 Convention = Literal["as measured", "inverse", "conjugate", "scalar first", "mirrored"]
 
 # Axes of three angles: each as it has turned, or (small letters) fixed ones.

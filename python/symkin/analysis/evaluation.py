@@ -35,7 +35,7 @@ from symkin.model.poses import (
 )
 from symkin.options import checks
 from symkin.results import Result
-from symkin.values import Value, field, plain, record
+from symkin.values import Array, Value, field, plain, record
 
 __all__ = [
     "AlignedErrors",
@@ -46,7 +46,6 @@ __all__ = [
     "pose_differences",
 ]
 
-Array = NDArray[np.float64]
 # Root mean square and maximum of the distance (m) and of the angle (rad), and of how many poses.
 _Figures = tuple[float, float, float, float, int]
 

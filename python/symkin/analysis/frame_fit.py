@@ -7,7 +7,6 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin.model.poses import (
     POSE_SPACES,
@@ -19,8 +18,7 @@ from symkin.model.poses import (
     nearest_rotation,
     rotations_from_vectors,
 )
-
-Array = NDArray[np.float64]
+from symkin.values import Array
 
 _STEPS = 50
 _CONVERGED = 1e-12  # of the step (m, rad), or of the share of the cost that it saves

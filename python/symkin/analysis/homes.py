@@ -8,14 +8,12 @@ import itertools
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin.analysis.workspace import inside_workspace, workspace_coordinates
 from symkin.errors import SymkinError
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import JointLimits
-
-Array = NDArray[np.float64]
+from symkin.values import Array
 
 
 def with_usable_home(mechanism: Mechanism, poses: Array) -> Mechanism:

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from symkin import _core
 from symkin.analysis.workspace import WorkspaceSample, inside_box
@@ -21,9 +21,7 @@ from symkin.model.mechanism import Mechanism
 from symkin.model.poses import frame, pose_rows, transforms
 from symkin.model.settings import Frames
 from symkin.model.symmetry import SymmetryPair, SymmetryPairs, symmetry_pairs
-from symkin.values import Value, record
-
-Array = NDArray[np.float64]
+from symkin.values import Array, Value, record
 
 _SAME = 1e-6  # of deviations that are alike
 _MOST = 500  # poses

@@ -10,7 +10,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from symkin import _core
 from symkin.analysis.promises import (
@@ -29,7 +29,7 @@ from symkin.model.symmetry import SymmetryPair, leg_carriers
 from symkin.model.tolerances import noise_of, parameter_tolerances
 from symkin.options import RowKind
 from symkin.results import Result
-from symkin.values import field, record
+from symkin.values import Array, field, record
 
 __all__ = [
     "ExpectedAccuracy",
@@ -72,9 +72,9 @@ class Observability(Result):
 
     leg: int = field(number=True)
     parameter_names: tuple[str, ...] = field(private=True)
-    r_diagonal: NDArray[np.float64]
+    r_diagonal: Array
     indices: Mapping[str, float]
-    singular_values: NDArray[np.float64]
+    singular_values: Array
     condition: float
     rank: int
     unseen: tuple[str, ...]
@@ -92,7 +92,7 @@ class Observability(Result):
 
 def observability_rows(
     mechanism: Mechanism, leg: int, poses: ArrayLike | WorkspaceSample, kind: RowKind = "paper"
-) -> NDArray[np.float64]:
+) -> Array:
     """Rows of the identification matrix of a leg (from 0), shape (N, p), p those identified.
 
     Legs with k closures have k rows a pose, one behind the other: shape (k N, p).
@@ -121,7 +121,7 @@ def observability_rows(
 
 def mechanism_rows(
     mechanism: Mechanism, poses: ArrayLike | WorkspaceSample, kind: RowKind = "paper"
-) -> NDArray[np.float64]:
+) -> Array:
     """Rows of all legs at once, shape (N, legs, legs p), p those of a leg that are identified.
 
     Legs with k closures have k rows each: shape (N, legs k, legs p).
@@ -216,7 +216,7 @@ def carried_back(
 
 def rows_of_leg(
     mechanism: Mechanism, leg: int, poses: ArrayLike | WorkspaceSample, kind: RowKind
-) -> tuple[NDArray[np.float64], tuple[str, ...], NDArray[np.float64]]:
+) -> tuple[Array, tuple[str, ...], Array]:
     """Rows of all readings of a leg, with names and tolerances of what they have to show."""
     readings = next((each for each in mechanism.leg_readings if leg in each), (leg,))
     tolerances = parameter_tolerances(mechanism)
@@ -283,7 +283,7 @@ def expected_accuracy(
     return replace(found, position_anywhere=largest[0], orientation_anywhere=largest[1])
 
 
-def error_weight(mechanism: Mechanism, poses: ArrayLike | WorkspaceSample) -> NDArray[np.float64]:
+def error_weight(mechanism: Mechanism, poses: ArrayLike | WorkspaceSample) -> Array:
     """B of the mean squared end-effector error trace(covariance B), shape (legs p, legs p).
 
     To first order, and averaged over the poses, less those out of reach or singular. A rotation
@@ -294,7 +294,7 @@ def error_weight(mechanism: Mechanism, poses: ArrayLike | WorkspaceSample) -> ND
     return weights.position + mechanism.characteristic_length**2 * weights.orientation
 
 
-def name_combination(direction: NDArray[np.float64], names: tuple[str, ...]) -> str:
+def name_combination(direction: Array, names: tuple[str, ...]) -> str:
     """Write a direction as ``"0.71 base_angle - 0.71 platform_angle"``, small terms left out."""
     largest = float(np.abs(direction).max())
     sign = np.sign(direction[np.argmax(np.abs(direction))])
@@ -307,7 +307,7 @@ def name_combination(direction: NDArray[np.float64], names: tuple[str, ...]) -> 
 
 
 def with_combinations(
-    error: NotIdentifiableError, names: Sequence[str] | None, scale: NDArray[np.float64]
+    error: NotIdentifiableError, names: Sequence[str] | None, scale: Array
 ) -> NotIdentifiableError:
     """The error with the combinations of parameters (each in its scale) that nothing shows."""
     directions = np.asarray(getattr(error, "null_directions", np.empty((0, 0))))

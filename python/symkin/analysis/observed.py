@@ -28,11 +28,10 @@ from symkin.model.poses import (
 )
 from symkin.model.settings import Frames, NoiseSettings, height_of_bed
 from symkin.options import OPTIONS, Observable
-from symkin.values import record
+from symkin.values import Array, record
 
 __all__ = ["Observable", "Observed", "Observing"]
 
-Array = NDArray[np.float64]
 _STREAM = 3  # of the seed: the core draws robots and full poses from others
 
 

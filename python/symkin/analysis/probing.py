@@ -15,7 +15,7 @@ from symkin.data.observables import OBSERVABLES
 from symkin.errors import NotIdentifiableError, SymkinError
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import Frames
-from symkin.values import Value, field, record
+from symkin.values import Array, Value, field, record
 
 CALIPER = 5e-5  # m, standard deviation of a length that was measured with calipers
 _FEW = 3  # rows, by which nothing is judged
@@ -163,7 +163,7 @@ def with_pairs_defaults(wanted: Mapping[str, Any]) -> dict[str, Any]:
     return chosen
 
 
-def with_bed_radius(mechanism: Mechanism, touched: NDArray[np.float64]) -> Mechanism:
+def with_bed_radius(mechanism: Mechanism, touched: Array) -> Mechanism:
     """The mechanism with the radius of its bed's rim, where the farthest of these poses is.
 
     Unless its frames say it.

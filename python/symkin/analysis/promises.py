@@ -15,9 +15,8 @@ from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import frame, transforms
-from symkin.values import Value, field, record
+from symkin.values import Array, Value, field, record
 
-Array = NDArray[np.float64]
 _Scalar = TypeVar("_Scalar", bound=np.generic)
 
 CONFIDENCE = 0.95

@@ -4,15 +4,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import transforms
 from symkin.model.tolerances import parameter_tolerances
-from symkin.values import Value, record
-
-Array = NDArray[np.float64]
+from symkin.values import Array, Value, record
 
 _RANK = 1e-9  # of the largest singular value, with the parameters in their tolerances
 

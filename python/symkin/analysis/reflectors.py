@@ -28,8 +28,7 @@ from symkin.model.poses import (
     poses_of,
 )
 from symkin.model.settings import Frames
-
-Array = NDArray[np.float64]
+from symkin.values import Array
 
 _ROUNDS = 3
 _ALTERNATIONS = 60

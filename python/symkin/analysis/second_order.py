@@ -6,12 +6,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import SymkinError
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import poses_from_bounds
+from symkin.values import Array
 
 _POSES, _DRAWS = 40, 2
 _NOTHING = 1e-7  # of a column: what rounding leaves of one that others explain
@@ -71,9 +71,7 @@ def second_order(mechanism: Mechanism, leg: int, exact: Sequence[str] = ()) -> d
     return found
 
 
-def _rows(
-    robot: _core.Mechanism, leg: int, poses: NDArray[np.float64]
-) -> NDArray[np.float64] | None:
+def _rows(robot: _core.Mechanism, leg: int, poses: Array) -> Array | None:
     """Derivatives of a leg's closures at poses that it reaches."""
     taken = _core.on_constraint(robot, poses)
     readings = _core.inverse_kinematics(robot, taken)[:, leg]
@@ -84,7 +82,7 @@ def _rows(
     return np.asarray(_core.linearise(robot, leg, at, readings[fine]).by_parameters)
 
 
-def _tolerances(mechanism: Mechanism, leg: int) -> NDArray[np.float64]:
+def _tolerances(mechanism: Mechanism, leg: int) -> Array:
     """Of all numbers that are drawn, held ones too; zero of constants and of the sensor."""
     tolerances = mechanism.tolerances
     roles = mechanism.parameter_roles(leg)

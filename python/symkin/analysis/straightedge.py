@@ -11,7 +11,6 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin.analysis.unknown_target import with_held
 from symkin.data.measurements import Measurements
@@ -25,8 +24,7 @@ from symkin.model.poses import (
     transforms,
 )
 from symkin.model.settings import Frames
-
-Array = NDArray[np.float64]
+from symkin.values import Array
 
 
 def is_along_edge(measurements: Measurements) -> bool:

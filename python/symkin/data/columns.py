@@ -28,7 +28,7 @@ from symkin.model.poses import POSE_SPACES, quaternions_from_rotation_vectors
 from symkin.model.settings import MeasurementColumns
 from symkin.storage.quantities import COUNTS, counts_steps, unit_factor, unit_names
 from symkin.storage.tables import Table
-from symkin.values import record
+from symkin.values import Array, record
 
 _ANGLE_PURPOSE = "platform angle; positions alone do not identify the legs of a rigid platform"
 _QUATERNION_PURPOSE = (
@@ -195,12 +195,12 @@ class StatedUnit(NamedTuple):
 class PoseValues:
     """Poses as a table has them, SI."""
 
-    positions: NDArray[np.float64]
-    angles: NDArray[np.float64]  # the platform's angle, or its rotation vector
-    quaternions: NDArray[np.float64]
+    positions: Array
+    angles: Array  # the platform's angle, or its rotation vector
+    quaternions: Array
     unknown: int = 0  # coordinates of the orientation that have no column
 
-    def poses(self, length_factor: float = 1.0, angle_factor: float = 1.0) -> NDArray[np.float64]:
+    def poses(self, length_factor: float = 1.0, angle_factor: float = 1.0) -> Array:
         """Return the pose array, its positions and angles times a factor."""
         orientation = self.angles * angle_factor
         if orientation.shape[1] == 3:
@@ -250,9 +250,7 @@ def read_pose_values(
     )
 
 
-def read_readings(
-    table: Table, columns: MeasurementColumns, reading_unit: str
-) -> NDArray[np.float64]:
+def read_readings(table: Table, columns: MeasurementColumns, reading_unit: str) -> Array:
     """Return the readings in `reading_unit`, shape (N, legs).
 
     A leg without a column and an empty cell are NaN: not measured.
@@ -316,7 +314,7 @@ def scaled_column(
     *,
     empty_allowed: bool = False,
     negative_allowed: bool = True,
-) -> NDArray[np.float64]:
+) -> Array:
     """Return a column in SI, shape (N,); the purpose is what it holds, for messages.
 
     Without a `unit`, the name has none either, and any unit may stand behind it. Where empty cells
@@ -377,7 +375,7 @@ def _column_and_unit(
     return column, unit
 
 
-def _check_whole(table: Table, values: NDArray[np.float64], names: Sequence[str]) -> None:
+def _check_whole(table: Table, values: Array, names: Sequence[str]) -> None:
     missing = np.isnan(values)
     half = missing.any(axis=1) & ~missing.all(axis=1)
     if half.any():
@@ -388,7 +386,7 @@ def _check_whole(table: Table, values: NDArray[np.float64], names: Sequence[str]
         )
 
 
-def _quaternions(table: Table, names: Sequence[str], partial: bool) -> NDArray[np.float64]:
+def _quaternions(table: Table, names: Sequence[str], partial: bool) -> Array:
     for name in names:
         table.require(name, _QUATERNION_PURPOSE)
     quaternions = np.column_stack([table.numbers(name, empty_allowed=partial) for name in names])
@@ -435,7 +433,7 @@ def _check_unit(key: str, unit: str | None, si_unit: str) -> None:
         raise MeasurementError(f"{key} of the column mapping: {error}") from error
 
 
-_Array = NDArray[np.float64]
+_Array = Array
 
 
 def read_observed(

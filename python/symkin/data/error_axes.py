@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin.model.settings import NoiseSettings
-
-Array = NDArray[np.float64]
+from symkin.values import Array
 
 
 class Directed(NamedTuple):

@@ -26,7 +26,7 @@ from symkin.model.poses import POSE_SPACES, PoseSpace, space_named, wrong_quater
 from symkin.model.sensor_table import SensorTable
 from symkin.model.settings import NoiseSettings
 from symkin.results import Result
-from symkin.values import Value, field, record
+from symkin.values import Array, Value, field, record
 
 ALL_LEGS = -1  # the set of poses that serve every leg; in files it is 0, and legs count from 1
 # What may have been observed besides poses and readings.
@@ -39,44 +39,44 @@ _NEARLY_ONE = 1e-6  # of an axis as it is written
 class MeasuredRows(Result):
     """What `Measurements` hold and refuse; they add how they are written."""
 
-    poses: NDArray[np.float64]
-    readings: NDArray[np.float64]
+    poses: Array
+    readings: Array
     leg_sets: NDArray[np.intp] = field(number=True)
     row_numbers: NDArray[np.intp]
     source: Path | None = field(compare=False, default=None)
     pose_space: str = ""
     reading_unit: str = ""
-    pose_deviations: NDArray[np.float64] | None = None
-    pose_correlations: NDArray[np.float64] | None = None
-    reading_deviations: NDArray[np.float64] | None = None
-    reported: NDArray[np.float64] | None = None
-    reported_deviations: NDArray[np.float64] | None = None
-    points: NDArray[np.float64] | None = None
-    point_deviations: NDArray[np.float64] | None = None
-    point_correlations: NDArray[np.float64] | None = None
-    distances: NDArray[np.float64] | None = None
-    distance_deviations: NDArray[np.float64] | None = None
-    heights: NDArray[np.float64] | None = None
-    height_deviations: NDArray[np.float64] | None = None
-    attitudes: NDArray[np.float64] | None = None
-    attitude_deviations: NDArray[np.float64] | None = None
-    turns: NDArray[np.float64] | None = None
-    turn_deviations: NDArray[np.float64] | None = None
-    turn_axes: NDArray[np.float64] | None = None
+    pose_deviations: Array | None = None
+    pose_correlations: Array | None = None
+    reading_deviations: Array | None = None
+    reported: Array | None = None
+    reported_deviations: Array | None = None
+    points: Array | None = None
+    point_deviations: Array | None = None
+    point_correlations: Array | None = None
+    distances: Array | None = None
+    distance_deviations: Array | None = None
+    heights: Array | None = None
+    height_deviations: Array | None = None
+    attitudes: Array | None = None
+    attitude_deviations: Array | None = None
+    turns: Array | None = None
+    turn_deviations: Array | None = None
+    turn_axes: Array | None = None
     partners: NDArray[np.intp] | None = None
-    separations: NDArray[np.float64] | None = None
-    separation_deviations: NDArray[np.float64] | None = None
-    rises: NDArray[np.float64] | None = None
-    rise_deviations: NDArray[np.float64] | None = None
-    offsets: NDArray[np.float64] | None = None
-    offset_deviations: NDArray[np.float64] | None = None
-    commanded: NDArray[np.float64] | None = None
-    times: NDArray[np.float64] | None = None
-    temperatures: NDArray[np.float64] | None = None
+    separations: Array | None = None
+    separation_deviations: Array | None = None
+    rises: Array | None = None
+    rise_deviations: Array | None = None
+    offsets: Array | None = None
+    offset_deviations: Array | None = None
+    commanded: Array | None = None
+    times: Array | None = None
+    temperatures: Array | None = None
     sessions: NDArray[np.intp] | None = None
-    approaches: NDArray[np.float64] | None = None
-    velocities: NDArray[np.float64] | None = None
-    speeds: NDArray[np.float64] | None = None
+    approaches: Array | None = None
+    velocities: Array | None = None
+    speeds: Array | None = None
     sensor_table: SensorTable | None = field(private=True, default=None)
     unread: tuple[str, ...] = field(compare=False, default=())
 
@@ -321,7 +321,7 @@ class MeasuredRows(Result):
                 f"and no standard deviation of its own; expected {of.deviations} of each coordinate"
             )
 
-    def _places(self, name: str, values: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _places(self, name: str, values: Array) -> Array:
         """Of poses and points the coordinates of places, shape (N, n, size)."""
         size = self.space.size
         cut = values[:, :size] if name == "poses" else values
@@ -397,7 +397,7 @@ class MeasuredRows(Result):
                 "(Measurements.of(..., sensor_table=...))"
             )
 
-    def standard_deviations(self, noise: NoiseSettings) -> dict[str, NDArray[np.float64]]:
+    def standard_deviations(self, noise: NoiseSettings) -> dict[str, Array]:
         """Return the standard deviations of all that was observed.
 
         Parameters
@@ -415,7 +415,7 @@ class MeasuredRows(Result):
         found = self.coordinate_deviations(noise)
         return {name: _along(own, self._directed(name, noise, own)) for name, own in found.items()}
 
-    def coordinate_deviations(self, noise: NoiseSettings) -> dict[str, NDArray[np.float64]]:
+    def coordinate_deviations(self, noise: NoiseSettings) -> dict[str, Array]:
         """As `standard_deviations`, along the coordinates, whatever is correlated."""
         found = {}
         for name, each in OBSERVABLES.items():
@@ -427,9 +427,7 @@ class MeasuredRows(Result):
                 found[name] = usual if own is None else np.where(np.isnan(own), usual, own)
         return found
 
-    def _directed(
-        self, name: str, noise: NoiseSettings, deviations: NDArray[np.float64]
-    ) -> Directed | None:
+    def _directed(self, name: str, noise: NoiseSettings, deviations: Array) -> Directed | None:
         """Errors of places along axes of their own; None where coordinates are as good.
 
         A place that has a standard deviation of its own has it along its coordinates, unless it has
@@ -458,8 +456,8 @@ class MeasuredRows(Result):
     def observations(
         self,
         noise: NoiseSettings,
-        leg_covariates: NDArray[np.float64] | None = None,
-        base_covariates: NDArray[np.float64] | None = None,
+        leg_covariates: Array | None = None,
+        base_covariates: Array | None = None,
     ) -> _core.Observations:
         """Return all that was observed as the core takes it; `noise` as `standard_deviations`.
 
@@ -616,7 +614,7 @@ class MeasuredRows(Result):
         return {k: v for k, v in document.items() if not (v is None and k in optional)}
 
 
-def _along(deviations: NDArray[np.float64], directed: Directed | None) -> NDArray[np.float64]:
+def _along(deviations: Array, directed: Directed | None) -> Array:
     """Deviations of coordinates, or those along axes of their own in the places of these."""
     if directed is None:
         return deviations
@@ -636,7 +634,7 @@ def _flat(values: NDArray[Any]) -> NDArray[Any]:
     return values.reshape(len(values), math.prod(values.shape[1:]))
 
 
-def _first_row(values: NDArray[np.float64] | None) -> int | None:
+def _first_row(values: Array | None) -> int | None:
     """The first row, from 0, that has any value."""
     if values is None:
         return None

@@ -13,11 +13,11 @@ from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from symkin.model.poses import PoseSpace
 from symkin.model.settings import NoiseSettings
-from symkin.values import record
+from symkin.values import Array, record
 
 REPORTED = "reported_"
 PAIR = "pair"  # of columns of what was measured between a row and another one
@@ -74,7 +74,7 @@ class Observable:
     kind: str
     words: tuple[str, ...]
     dimensions: int
-    noise: Callable[[NoiseSettings, PoseSpace, NDArray[np.float64]], ArrayLike]
+    noise: Callable[[NoiseSettings, PoseSpace, Array], ArrayLike]
     stems: Callable[[Sizes], list[Stem]]
     frames: tuple[str, ...] = ()
     numbered: str = ""
@@ -124,17 +124,17 @@ def _coordinates(space: PoseSpace, prefix: str = "") -> list[Stem]:
     return [(f"{prefix}{name}", unit) for name, unit in space.units.items()]
 
 
-def _pose_noise(noise: NoiseSettings, space: PoseSpace, poses: NDArray[np.float64]) -> ArrayLike:
+def _pose_noise(noise: NoiseSettings, space: PoseSpace, poses: Array) -> ArrayLike:
     position = noise.at(_distance(poses[:, : space.size]))
     turned = np.full(position.shape, noise.orientation)
     return np.repeat([position, turned], [space.size, len(space.rotation)], axis=0).T
 
 
-def _point_noise(noise: NoiseSettings, _: PoseSpace, points: NDArray[np.float64]) -> ArrayLike:
+def _point_noise(noise: NoiseSettings, _: PoseSpace, points: Array) -> ArrayLike:
     return noise.at(_distance(points))[..., np.newaxis]
 
 
-def _distance(points: NDArray[np.float64]) -> NDArray[np.float64]:
+def _distance(points: Array) -> Array:
     """From the device, in whose frame they are."""
     return np.asarray(np.linalg.norm(points, axis=-1))
 

@@ -7,9 +7,6 @@ import os
 from collections.abc import Mapping
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from symkin.data.columns import own_columns, read_pose_values
 from symkin.model.file_frames import from_drawing
 from symkin.model.given import MechanismGiven, as_mechanism
@@ -17,10 +14,11 @@ from symkin.model.mechanism import Mechanism
 from symkin.model.poses import pose_rows
 from symkin.options import checks
 from symkin.storage.tables import TableSource, read_table
+from symkin.values import Array
 
 
 @checks()
-def read_pose_list(source: TableSource, mechanism: MechanismGiven) -> NDArray[np.float64]:
+def read_pose_list(source: TableSource, mechanism: MechanismGiven) -> Array:
     """Read poses from a table with pose columns as `write_plan` names them, any unit.
 
     Parameters
@@ -47,7 +45,7 @@ def read_pose_list(source: TableSource, mechanism: MechanismGiven) -> NDArray[np
     return from_drawing(mechanism, read_pose_values(table, columns).poses())
 
 
-def as_poses(given: Any, mechanism: Mechanism) -> NDArray[np.float64]:
+def as_poses(given: Any, mechanism: Mechanism) -> Array:
     """Return poses, from the path of a table or as `pose_rows` takes them."""
     is_array = hasattr(given, "poses") or not (
         isinstance(given, str | os.PathLike | Mapping) or hasattr(given, "columns")

@@ -49,6 +49,7 @@ from symkin.options import checks
 from symkin.results import Result
 from symkin.storage.quantities import unit_factor
 from symkin.storage.tables import Table, TableSource, read_table
+from symkin.values import Array
 
 ROBOT = "robot"  # the column of a table of many robots
 
@@ -349,7 +350,7 @@ def _leg_sets(table: Table, columns: MeasurementColumns, leg_count: int) -> NDAr
     return table.legs(columns.leg, 0, leg_count) - 1
 
 
-def _check_unread_rows(table: Table, readings: NDArray[np.float64]) -> None:
+def _check_unread_rows(table: Table, readings: Array) -> None:
     unread = np.isnan(readings).all(axis=1)
     if unread.any():
         raise table.row_error(
@@ -419,7 +420,7 @@ def _repeated(columns: Sequence[NDArray[Any]]) -> tuple[NDArray[np.intp], int]:
     return candidates[repeated], original
 
 
-def _comparable(values: NDArray[Any]) -> NDArray[np.float64]:
+def _comparable(values: NDArray[Any]) -> Array:
     """As floats without NaN and negative zero."""
     return np.nan_to_num(np.asarray(values, dtype=np.float64), nan=np.inf) + 0.0
 
@@ -502,7 +503,7 @@ def _mixed_up(measurements: Measurements) -> Measurements:
 
 def _median_closure(measurements: Measurements, mechanism: Mechanism) -> float:
     """Infinite if no closure is finite."""
-    closures: list[NDArray[np.float64]] = []
+    closures: list[Array] = []
     poses = unframed(mechanism, measurements.poses)
     for leg in measurements.measured_legs:
         rows = measurements.rows_of(leg)

@@ -7,7 +7,6 @@ import os
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin.data.columns import is_present, read_readings, scaled_column
 from symkin.model.mechanism import Mechanism
@@ -15,8 +14,9 @@ from symkin.model.sensor_table import SensorTable, wrong_row
 from symkin.model.settings import MeasurementColumns
 from symkin.model.turns import turned_home, turned_into_table
 from symkin.storage.tables import Table, TableSource, read_table
+from symkin.values import Array
 
-_Array = NDArray[np.float64]
+_Array = Array
 # More would not fit into a mechanism's file.
 MOST_ROWS = 10_000
 

@@ -24,6 +24,7 @@ from symkin.errors import MeasurementError
 from symkin.model.file_frames import as_drawn
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import POSE_SPACES
+from symkin.values import Array
 
 LOST_ORIENTATION = (
     "has a reported position without an orientation; the mechanism's file has its platform's frame "
@@ -91,7 +92,7 @@ def _require_measured(mechanism: Mechanism, measurements: MeasuredRows) -> None:
             )
 
 
-def lost_row(given: NDArray[np.float64], carried: NDArray[np.float64]) -> int | None:
+def lost_row(given: Array, carried: Array) -> int | None:
     """The first row, from 0, of which a value got lost between the frames; None without one."""
     rows = np.flatnonzero((np.isfinite(given) & ~np.isfinite(carried)).any(axis=1))
     return int(rows[0]) if len(rows) else None
@@ -125,11 +126,9 @@ def as_shown(measurements: MeasuredRows) -> MeasuredRows:
     )
 
 
-def observed_columns(
-    measurements: MeasuredRows, reading_unit: str
-) -> dict[str, NDArray[np.float64]]:
+def observed_columns(measurements: MeasuredRows, reading_unit: str) -> dict[str, Array]:
     """Return the columns that symkin writes for what `read_observed` reads."""
-    columns: dict[str, NDArray[np.float64]] = {}
+    columns: dict[str, Array] = {}
     reported = measurements.reported
     if reported is not None:
         names = [f"{REPORTED}{name}" for name in pose_column_names(measurements.pose_space)]

@@ -7,12 +7,10 @@ from collections.abc import Iterator, Mapping
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin.model.poses import Transform, rotations_from_quaternions, rotations_from_vectors
-from symkin.values import record
+from symkin.values import Array, record
 
-Array = NDArray[np.float64]
 _X, _Y, _Z = np.eye(3)
 
 

@@ -7,15 +7,12 @@ import itertools
 from collections.abc import Iterable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin.analysis.evaluation import Evaluation, evaluate
 from symkin.analysis.workspace import inside_workspace, sample_workspace
 from symkin.errors import SymkinError
 from symkin.model.mechanism import Mechanism
-from symkin.values import Value, field, record
-
-Array = NDArray[np.float64]
+from symkin.values import Array, Value, field, record
 
 _POSES = 2000
 _STEPS = 30

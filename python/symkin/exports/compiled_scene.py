@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 
 from symkin.errors import SymkinError
-from symkin.exports.scene import WORLD, Array, Loop, Moving, Part, Scene, frame_of, of_quaternion
+from symkin.exports.scene import WORLD, Loop, Moving, Part, Scene, frame_of, of_quaternion
+from symkin.values import Array
 
 _KINDS = ("free", "ball", "slide", "hinge")  # as MuJoCo counts them
 _NO_MASS = 1e-6  # kg and kg m^2, of bodies that have none: only the geometry is read

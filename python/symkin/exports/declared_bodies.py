@@ -7,7 +7,6 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import MechanismError, SymkinError
@@ -15,9 +14,8 @@ from symkin.exports.bodies import Body, Closure, Coupling, Joint, Structure, uni
 from symkin.model.declared import declared_chain
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import Transform, rotations_from_vectors, transforms
-from symkin.values import record
+from symkin.values import Array, record
 
-Array = NDArray[np.float64]
 _Z = np.array([0.0, 0.0, 1.0])
 _STILL = np.eye(4)
 _YAW = -2  # what follows the platform's turn, as the core has it

@@ -15,7 +15,6 @@ from itertools import zip_longest
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import SymkinError, did_you_mean
@@ -36,8 +35,8 @@ from symkin.model.poses import (
 )
 from symkin.model.settings import WorkspaceSettings
 from symkin.storage.toml_file import WrongValueError
+from symkin.values import Array
 
-Array = NDArray[np.float64]
 _Path = Sequence[tuple[Array, Moving | None]]  # transforms, each with the joint behind it
 _PLATFORM = "platform"
 _NOTHING = 1e-12  # m and rad

@@ -26,7 +26,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin.errors import SymkinError
 from symkin.exports.common import (
@@ -41,9 +40,7 @@ from symkin.exports.common import (
 from symkin.exports.models import structure_of
 from symkin.model.chains import Leg, legs_in_words
 from symkin.model.mechanism import Mechanism
-from symkin.values import record
-
-Array = NDArray[np.float64]
+from symkin.values import Array, record
 
 _TILT = np.radians(10)  # that an upright tower or a level axis may have
 _DIGITS = 6  # of millimetres and degrees, as Klipper saves them
@@ -314,10 +311,10 @@ def _rotary(mechanism: Mechanism, options: ExportOptions) -> Written:
 def _nozzle_heights(
     radius: float,
     height: float,
-    crank: NDArray[np.float64],
-    rod: NDArray[np.float64],
-    raised: NDArray[np.float64],
-) -> NDArray[np.float64]:
+    crank: Array,
+    rod: Array,
+    raised: Array,
+) -> Array:
     """Height of a nozzle in the middle with each crank raised so far, its elbow above."""
     across = radius + crank * np.cos(raised)
     if (np.abs(across) > rod).any():
@@ -385,7 +382,7 @@ def _commands(
     loss: Loss,
     rods: str,
     height: float,
-    stops: NDArray[np.float64],
+    stops: Array,
     last: str,
     above: tuple[str, ...] = (),
 ) -> Written:

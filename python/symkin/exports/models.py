@@ -25,7 +25,7 @@ from typing import Any
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from symkin.analysis.workspace import workspace_coordinates
 from symkin.errors import MechanismError, SymkinError
@@ -41,8 +41,8 @@ from symkin.model.poses import (
     rotations_from_quaternions,
     transforms,
 )
+from symkin.values import Array
 
-Array = NDArray[np.float64]
 _X, _Y, _Z = np.eye(3)
 _SPHERE = 0.1  # m: where the points of axes are held that have directions alone
 
@@ -380,7 +380,7 @@ def _mjcf_body(parent: Element, body: Body, radius: float) -> Element:
     return element
 
 
-def _drawn(element: Element, tip: NDArray[np.float64], radius: float) -> None:
+def _drawn(element: Element, tip: Array, radius: float) -> None:
     """A rod from the body's origin to a point, or a ball; bodies pass through each other."""
     pale = {"contype": "0", "conaffinity": "0"}
     if np.linalg.norm(tip) > radius:

@@ -19,7 +19,6 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin.analysis.evaluation import Evaluation, evaluate
 from symkin.analysis.workspace import interpolated, workspace_coordinates
@@ -28,14 +27,13 @@ from symkin.exports.common import ExportOptions, Loss, Written, workspace_poses
 from symkin.model.chains import legs_in_words
 from symkin.model.mechanism import Mechanism, require_same_shape
 from symkin.model.poses import between, poses_from_bounds, transforms
+from symkin.values import Array
 
 _SENSOR = "joint = sensor_gain * reading + sensor_offset"
 _NAN = " NAN stands where a leg has no such parameter."
 _CURVES = ("sensor_quadratic", "sensor_cosine", "sensor_sine")
 _GRID = {2: 21, 3: 21, 4: 11, 6: 5}  # poses of a table along each coordinate, by how many there are
 _MOST = 10**6  # rows of it
-
-Array = NDArray[np.float64]
 
 
 def write_json(mechanism: Mechanism, options: ExportOptions) -> Written:  # noqa: ARG001

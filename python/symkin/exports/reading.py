@@ -20,7 +20,6 @@ from typing import Any, NamedTuple
 from xml.etree import ElementTree as ET
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin.analysis.probing import CALIPER
 from symkin.data.measurements import Measurements
@@ -43,9 +42,7 @@ from symkin.model.file_frames import point_parameters, polar
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import WorkspaceSettings
 from symkin.storage.tables import file_bytes, kind_of_file
-from symkin.values import Value, field, record
-
-Array = NDArray[np.float64]
+from symkin.values import Array, Value, field, record
 
 _Z = np.array([0.0, 0.0, 1.0])
 _AROUND = 0.05  # of the size, m, and rad: the box around home

@@ -7,13 +7,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin.errors import SymkinError
 from symkin.model.poses import rotations_from_quaternions
-from symkin.values import record
+from symkin.values import Array, record
 
-Array = NDArray[np.float64]
 WORLD = ""
 
 

@@ -12,7 +12,6 @@ from typing import Any
 from xml.etree import ElementTree as ET
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin.errors import SymkinError, did_you_mean, few
 from symkin.exports.common import MARK
@@ -24,8 +23,8 @@ from symkin.model.poses import (
     vectors_from_rotations,
 )
 from symkin.storage.toml_file import read_toml
+from symkin.values import Array
 
-Array = NDArray[np.float64]
 _X, _Y, _Z = np.eye(3)
 
 

@@ -14,15 +14,14 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin.errors import SymkinError, did_you_mean
 from symkin.files.declared_parts import has_several_paths
 from symkin.model.poses import PoseSpace, roll_pitch_yaw, rotations_from_vectors
 from symkin.storage.quantities import evaluate_quantity
 from symkin.storage.toml_file import TomlSource, WrongValueError
+from symkin.values import Array
 
-Array = NDArray[np.float64]
 _Values = dict[str, Any]
 _DYAD = re.compile(r"(\[R\]|R)(\[R\]|R)(\[R\]|R)")
 DYAD_KEYS = (

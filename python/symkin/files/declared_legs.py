@@ -9,7 +9,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import SymkinError, did_you_mean, one_of
@@ -30,8 +29,8 @@ from symkin.model.poses import (
 )
 from symkin.storage.quantities import evaluate_quantity
 from symkin.storage.toml_file import KeyPath, Kind, TomlSource, WrongValueError, list_of, read_at
+from symkin.values import Array
 
-Array = NDArray[np.float64]
 _Values = dict[str, Any]
 
 _KEYS = ("path", "platform_path", "rods", "loops", "closes", "home", "pose", "free")
@@ -413,9 +412,7 @@ def _chain(
     return [dataclasses.replace(each, scalars=held) for each in chains]
 
 
-def _joints_at_home(
-    chain: DeclaredChain, builder: LegBuilder, known: list[bool]
-) -> NDArray[np.float64]:
+def _joints_at_home(chain: DeclaredChain, builder: LegBuilder, known: list[bool]) -> Array:
     """Joint values that close the leg near those that are known; if none do, names others."""
     try:
         return _core.joints_at_home(chain.core(), known)

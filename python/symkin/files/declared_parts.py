@@ -8,13 +8,12 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin.errors import SymkinError, did_you_mean
 from symkin.storage.quantities import evaluate_quantity
 from symkin.storage.toml_file import WrongValueError
+from symkin.values import Array
 
-Array = NDArray[np.float64]
 _Values = dict[str, Any]
 
 # In the core's order.

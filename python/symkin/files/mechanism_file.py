@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any, TypeVar, overload
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin.data.columns import check_columns
 from symkin.data.sensor_tables import read_sensor_table
@@ -65,6 +64,7 @@ from symkin.options import checks
 from symkin.shell import typed_word
 from symkin.storage.shipped import shipped_files
 from symkin.storage.toml_file import TomlSource, read_table, read_toml, table, text
+from symkin.values import Array
 
 _Values = dict[str, Any]
 _Kind = TypeVar("_Kind", bound=Mechanism)
@@ -287,9 +287,7 @@ def _legs(
     section: str,
     entries: list[_Values],
     infos: Sequence[ChainInfo],
-) -> tuple[
-    list[Leg], DeclaredSymmetry | None, NDArray[np.float64] | None, NDArray[np.float64] | None
-]:
+) -> tuple[list[Leg], DeclaredSymmetry | None, Array | None, Array | None]:
     """The legs, the declared symmetry, and where the file has them deviations and curvature."""
     in_space = all(POSE_SPACES[info.pose_space].in_space for info in infos)
     symmetry = _symmetry(source, file, in_space=in_space)
@@ -509,9 +507,7 @@ def _require_everywhere(
             )
 
 
-def _errors_of_parameters(
-    values: _Values, point: _Values
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _errors_of_parameters(values: _Values, point: _Values) -> tuple[Array, Array]:
     """Standard deviations and correlations of a point's parameters by those of its coordinates."""
     size = len(values)
     if "standard_deviation" not in point:

@@ -20,7 +20,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from symkin.data.sensor_tables import MOST_ROWS
 from symkin.errors import QuantityError, did_you_mean, printable
@@ -56,6 +56,7 @@ from symkin.storage.toml_file import (
     text,
     whole,
 )
+from symkin.values import Array
 
 # More would be slow beyond use, and no such mechanism is known.
 _MOST_LEGS = 64
@@ -552,7 +553,7 @@ def _numbers(unit: str, count: int, note: str = "", *, nan: bool = False) -> Kin
     return _row([Kind(read, kind.schema)] * count, unit)
 
 
-def covariance_of(deviations: ArrayLike, correlation: Sequence[float]) -> NDArray[np.float64]:
+def covariance_of(deviations: ArrayLike, correlation: Sequence[float]) -> Array:
     """Covariance by standard deviations, NaN for none, and the upper triangle of correlations."""
     sigma = np.nan_to_num(np.array(deviations))
     matrix = np.eye(len(sigma))

@@ -23,19 +23,18 @@ from symkin.model.mechanism import Mechanism
 from symkin.options import checks
 from symkin.planning.basis import PlanBasis
 from symkin.planning.made import poses_taken
+from symkin.values import Array
 
 __all__ = ["predict_accuracy", "set_name"]
-
-Array = NDArray[np.float64]
 
 
 class PlannedPoses(Protocol):
     """What of a plan its accuracy depends on."""
 
     @property
-    def poses(self) -> NDArray[np.float64]: ...
+    def poses(self) -> Array: ...
     @property
-    def readings(self) -> NDArray[np.float64]: ...
+    def readings(self) -> Array: ...
     @property
     def leg_sets(self) -> NDArray[np.intp]: ...
     @property
@@ -173,7 +172,7 @@ def survey_rows(
     *,
     poses: PoseUse = "all",
     measured: Measurements | None = None,
-) -> list[NDArray[np.float64]]:
+) -> list[Array]:
     """Rows of a survey that a plan's poses and what is measured bring, see `predict_accuracy`."""
     rows = [survey.rows(*_poses_of(plan, poses))]
     if not np.isfinite(rows[0]).all():
@@ -192,9 +191,7 @@ def survey_assuming(
     return survey.assuming(*_poses_of(plan, poses), measured)
 
 
-def _poses_of(
-    plan: PlannedPoses, poses: PoseUse
-) -> tuple[NDArray[np.float64], NDArray[np.bool_] | None]:
+def _poses_of(plan: PlannedPoses, poses: PoseUse) -> tuple[Array, NDArray[np.bool_] | None]:
     """Poses that are wanted, and which readings are taken there; None if all are."""
     wanted = ~plan.spare
     sets = plan.leg_sets[wanted, None]

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from symkin.values import Array
 
 _POOL = 40  # of the best candidates of every step, for which members are exchanged
 _SWEEPS = 3

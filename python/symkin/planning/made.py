@@ -4,14 +4,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.model.canonical import canonical
 from symkin.model.mechanism import Mechanism
 from symkin.model.tolerances import tolerances_of
-
-Array = NDArray[np.float64]
+from symkin.values import Array
 
 _ROBOTS = 32  # by which a promise is known to 0.7% of a Hexa, and to 0.1% of others
 _FIRST_SEED = 2**62  # of robots that nobody simulates

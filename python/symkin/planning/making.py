@@ -44,9 +44,9 @@ from symkin.planning.selection import (
 )
 from symkin.planning.visiting import there_and_back, visiting_order
 from symkin.storage.tables import TableSource
-from symkin.values import record
+from symkin.values import Array, record
 
-Poses = NDArray[np.float64]
+Poses = Array
 
 _THINNED = 2000  # candidates among which spares are sought
 _TIME_LIMIT = 10.0  # s
@@ -553,7 +553,7 @@ def _selected(
     task: Task,
     rows: Any,
     wanted: int,
-    prior: NDArray[np.float64] | None,
+    prior: Array | None,
     **settings: Any,
 ) -> Selection:
     """Select of the rows of candidates."""
@@ -604,7 +604,7 @@ def _spares(
     poses: Poses,
     chosen: NDArray[np.intp],
     allowed: NDArray[np.bool_],
-    prior: NDArray[np.float64] | None,
+    prior: Array | None,
     count: int,
 ) -> NDArray[np.intp]:
     """Candidates to replace chosen poses that a real robot cannot take, best first.
@@ -640,9 +640,7 @@ def _spares(
     return np.asarray(some[_best_first(left[found.indices], rows, information)])
 
 
-def _best_first(
-    indices: NDArray[np.intp], rows: NDArray[np.float64], information: NDArray[np.float64]
-) -> NDArray[np.intp]:
+def _best_first(indices: NDArray[np.intp], rows: Array, information: Array) -> NDArray[np.intp]:
     """Order candidates so that each adds most to the information of those before it."""
     added = rows[indices].transpose(0, 2, 1) @ rows[indices]
     order: list[int] = []

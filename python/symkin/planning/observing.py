@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin.analysis.observability import RowKind
 from symkin.analysis.observed import Observed
@@ -16,9 +15,7 @@ from symkin.estimate.survey import PRIORS_HOLD, Survey, placed
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import height_of_bed
 from symkin.planning.selection import Task
-from symkin.values import record
-
-Array = NDArray[np.float64]
+from symkin.values import Array, record
 
 
 @record

@@ -35,9 +35,7 @@ from symkin.planning.visiting import travel_length
 from symkin.results import Result
 from symkin.storage.output_files import OutputFiles
 from symkin.storage.tables import write_table
-from symkin.values import record
-
-Array = NDArray[np.float64]
+from symkin.values import Array, record
 
 
 @record
@@ -77,10 +75,10 @@ class Plan(Result):
     leg_sets: NDArray[np.intp]
     order: NDArray[np.intp]
     spare: NDArray[np.bool_]
-    poses: NDArray[np.float64]
-    readings: NDArray[np.float64]
+    poses: Array
+    readings: Array
     basis: PlanBasis | None = None
-    candidates: WorkspaceSample | NDArray[np.float64] | None = None
+    candidates: WorkspaceSample | Array | None = None
     measured: Measurements | None = None
     confidence: float = CONFIDENCE
 
@@ -179,7 +177,7 @@ class Plan(Result):
         return chosen_for and chosen_for.in_order(self.poses[~self.spare])
 
     @cached_property
-    def _survey_rows(self) -> list[NDArray[np.float64]]:
+    def _survey_rows(self) -> list[Array]:
         assert self._survey is not None
         return survey_rows(self._survey, self, measured=self.measured)
 
@@ -213,7 +211,7 @@ class Plan(Result):
         common, legs = self.rows_of_set(ALL_LEGS), range(self.readings.shape[1])
         return tuple(np.concatenate([self.rows_of_set(leg), common]) for leg in legs)
 
-    def leg_poses(self) -> list[NDArray[np.float64]]:
+    def leg_poses(self) -> list[Array]:
         """Return the poses that identify each leg, with those measured already."""
         sets = [self.poses[rows] for rows in self._leg_rows]
         taken = self.measured

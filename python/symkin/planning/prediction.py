@@ -27,7 +27,7 @@ from symkin.planning.observing import where_observed
 from symkin.planning.plan import Plan
 from symkin.planning.selection import Criterion, Design, design_tasks
 from symkin.results import Result
-from symkin.values import Value, plain, record
+from symkin.values import Array, Value, plain, record
 
 _POINTS = 25  # of a curve
 _LARGEST = 10  # times as many poses as parameters, of a curve
@@ -84,15 +84,15 @@ class PoseCountCurve(Result):
     """
 
     mechanism: Mechanism
-    candidates: NDArray[np.float64]
+    candidates: Array
     settings: CurveSettings
     counts: NDArray[np.intp]
     measured: NDArray[np.intp]
-    position: NDArray[np.float64]
-    orientation: NDArray[np.float64]
-    position_bound: NDArray[np.float64]
-    orientation_bound: NDArray[np.float64]
-    efficiency: NDArray[np.float64]
+    position: Array
+    orientation: Array
+    position_bound: Array
+    orientation_bound: Array
+    efficiency: Array
     least_gain: float
     enough: int | None
     held: HeldByPriors | None = None
@@ -396,7 +396,7 @@ def _goes_with_order(plan: Plan) -> bool:
 
 def _points(
     mechanism: Mechanism,
-    cloud: NDArray[np.float64],
+    cloud: Array,
     settings: Mapping[str, Any],
     numbers: Sequence[int],
     tell: Callable[[str, float], None],
@@ -416,7 +416,7 @@ def _points(
 
 
 def _predicted(
-    mechanism: Mechanism, cloud: NDArray[np.float64], count: int, settings: Mapping[str, Any]
+    mechanism: Mechanism, cloud: Array, count: int, settings: Mapping[str, Any]
 ) -> _Point:
     made_by = {k: v for k, v in settings.items() if k not in _OF_PREDICTION}
     plan = make_plan(mechanism, cloud, count, spares=0, visit="sets", **made_by)
@@ -431,9 +431,7 @@ def _predicted(
     return _Point(plan, accuracy, efficiency, basis.candidates - basis.excluded)
 
 
-def _remedies(
-    curve: PoseCountCurve, point: _Point, limits: NDArray[np.float64]
-) -> tuple[Remedy, ...]:
+def _remedies(curve: PoseCountCurve, point: _Point, limits: Array) -> tuple[Remedy, ...]:
     """Changes of noise, estimate and assumptions that make the error smaller, the best first."""
     mechanism, settings = curve.mechanism, curve.settings
     noise = mechanism.noise
@@ -494,7 +492,7 @@ def _remedies(
     return tuple(remedy for _, remedy in sorted(found, key=lambda each: each[0]))
 
 
-def bounds_of(accuracy: ExpectedAccuracy) -> NDArray[np.float64]:
+def bounds_of(accuracy: ExpectedAccuracy) -> Array:
     """The position and orientation error that its confidence of all robots are within."""
     return np.array([accuracy.position_bound, accuracy.orientation_bound])
 
@@ -517,7 +515,7 @@ def check_wanted(mechanism: Mechanism, position: float | None, orientation: floa
             raise SymkinError(f"the {name} error wanted is {value:g}; expected a positive one")
 
 
-def _together(mechanism: Mechanism, cloud: NDArray[np.float64], settings: Mapping[str, Any]) -> int:
+def _together(mechanism: Mechanism, cloud: Array, settings: Mapping[str, Any]) -> int:
     """Poses that are chosen together."""
     survey = _survey_of(mechanism, cloud, settings)
     if survey is not None:
@@ -526,9 +524,7 @@ def _together(mechanism: Mechanism, cloud: NDArray[np.float64], settings: Mappin
     return len(task.elements) if task.is_orbit else 1
 
 
-def _survey_of(
-    mechanism: Mechanism, cloud: NDArray[np.float64], settings: Mapping[str, Any]
-) -> Survey | None:
+def _survey_of(mechanism: Mechanism, cloud: Array, settings: Mapping[str, Any]) -> Survey | None:
     """What the settings of a curve say of what is observed and unknown."""
     asked = cast(Unknowns, _some(settings, Unknowns.__annotations__))
     return Survey.of(mechanism, cloud, settings.get("observe"), asked)
@@ -539,7 +535,7 @@ def _some(settings: Mapping[str, Any], names: Iterable[str]) -> dict[str, Any]:
     return {name: settings[name] for name in names if name in settings}
 
 
-def _least(mechanism: Mechanism, cloud: NDArray[np.float64], settings: Mapping[str, Any]) -> int:
+def _least(mechanism: Mechanism, cloud: Array, settings: Mapping[str, Any]) -> int:
     """As many poses as bring an equation for each parameter of a leg, or for each unknown."""
     survey = _survey_of(mechanism, cloud, settings)
     if survey is None:
@@ -551,7 +547,7 @@ def _least(mechanism: Mechanism, cloud: NDArray[np.float64], settings: Mapping[s
 
 def _counts(
     mechanism: Mechanism,
-    cloud: NDArray[np.float64],
+    cloud: Array,
     settings: Mapping[str, Any],
     counts: Sequence[int] | None,
 ) -> list[int]:
@@ -565,7 +561,7 @@ def _counts(
     return sorted({-(-count // size) * size for count in counts})
 
 
-def _enough(counts: Sequence[int], errors: NDArray[np.float64], least_gain: float) -> int | None:
+def _enough(counts: Sequence[int], errors: Array, least_gain: float) -> int | None:
     """First count from which on no further pose saves `least_gain` of the error."""
     best = np.minimum.accumulate(errors)  # a selection may be a little worse than one of fewer
     saved = 1 - (best[1:] / best[:-1]) ** (1 / np.diff(counts))

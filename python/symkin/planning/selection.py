@@ -40,7 +40,7 @@ from symkin.model.symmetry import (
 from symkin.model.symmetry.groups import core_pairs
 from symkin.model.tolerances import noise_of, parameter_tolerances
 from symkin.options import Criterion, Design, SelectionMethod, checks
-from symkin.values import Value, field, record
+from symkin.values import Array, Value, field, record
 
 __all__ = [
     "Certificate",
@@ -271,7 +271,7 @@ def select_poses(
     return _selection(result, criterion)
 
 
-def array_of(name: str, given: ArrayLike, *dimensions: int) -> NDArray[np.float64]:
+def array_of(name: str, given: ArrayLike, *dimensions: int) -> Array:
     """Return an array of numbers of so many dimensions.
 
     Raises
@@ -341,23 +341,21 @@ class Task:
         """Whether every chosen pose is measured at its images too."""
         return any(len(elements) > 1 for _, elements in self.sets)
 
-    def candidate_rows(
-        self, poses: NDArray[np.float64], kind: RowKind
-    ) -> NDArray[np.float64] | LegRows:
+    def candidate_rows(self, poses: Array, kind: RowKind) -> Array | LegRows:
         """Rows that candidates bring to a selection; those of one leg need not be held."""
         if self.leg is None:
             return mechanism_rows(self.mechanism, poses, kind)
         orbit = self.elements if self.is_orbit else ("r0",)
         return LegRows(self.mechanism, self.leg, poses, kind, orbit=orbit)
 
-    def rows(self, poses: NDArray[np.float64], kind: RowKind) -> NDArray[np.float64]:
+    def rows(self, poses: Array, kind: RowKind) -> Array:
         """The same as an array, shape (n, rows, p)."""
         if self.leg is None or not self.is_orbit:
             return self.measured_rows(poses, kind)
         images = [map_poses(self.mechanism, element, poses) for element in self.elements]
         return np.concatenate([self.measured_rows(image, kind) for image in images], axis=1)
 
-    def measured_rows(self, poses: NDArray[np.float64], kind: RowKind) -> NDArray[np.float64]:
+    def measured_rows(self, poses: Array, kind: RowKind) -> Array:
         """Rows of poses that are measured as they are, without images, shape (n, r, p)."""
         if self.leg is None:
             return mechanism_rows(self.mechanism, poses, kind)
@@ -374,11 +372,11 @@ class Task:
             for name in self.mechanism.estimated_names(leg)
         )
 
-    def scale(self) -> NDArray[np.float64]:
+    def scale(self) -> Array:
         """A typical size of an error in each column: its tolerance."""
         return parameter_tolerances(self.mechanism)[self._identified()]
 
-    def error_weight(self, poses: NDArray[np.float64]) -> NDArray[np.float64]:
+    def error_weight(self, poses: Array) -> Array:
         """B of the expected squared error, see `symkin.analysis.observability.error_weight`."""
         own = np.flatnonzero(self._identified())
         return error_weight(self.mechanism, poses)[np.ix_(own, own)]
@@ -390,7 +388,7 @@ class Task:
             identified[np.arange(len(identified)) != self.leg] = False
         return identified
 
-    def prior(self, measured: Measurements | None, kind: RowKind) -> NDArray[np.float64] | None:
+    def prior(self, measured: Measurements | None, kind: RowKind) -> Array | None:
         """Information of what is measured already; rows that miss a reading do not count."""
         if measured is None:
             return None
@@ -495,7 +493,7 @@ class Clearance(Value):
     closure_unit: str = field(private=True, default="m")
 
 
-def clearance(mechanism: Mechanism, poses: NDArray[np.float64], sigmas: float) -> Clearance:
+def clearance(mechanism: Mechanism, poses: Array, sigmas: float) -> Clearance:
     """Return the clearance that the manufacturing tolerances ask for, or the workspace's own.
 
     A leg closes with an error of `sigmas` standard deviations of the closure h, whose parameters
@@ -522,8 +520,8 @@ def clearance(mechanism: Mechanism, poses: NDArray[np.float64], sigmas: float) -
 
 def allowed_candidates(
     task: Task,
-    poses: NDArray[np.float64],
-    conditions: NDArray[np.float64] | None,
+    poses: Array,
+    conditions: Array | None,
     regions: Sequence[Region],
     kept: Clearance,
 ) -> NDArray[np.bool_]:
@@ -571,9 +569,7 @@ def allowed_candidates(
     return allowed
 
 
-def _contains(
-    mechanism: Mechanism, region: Region, poses: NDArray[np.float64]
-) -> NDArray[np.bool_]:
+def _contains(mechanism: Mechanism, region: Region, poses: Array) -> NDArray[np.bool_]:
     names = coordinate_names(mechanism)
     coordinates = workspace_coordinates(mechanism, poses)
     inside = np.ones(len(poses), dtype=np.bool_)

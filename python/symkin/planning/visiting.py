@@ -9,8 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from symkin.analysis.workspace import WorkspaceSample
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import pose_rows
-
-Array = NDArray[np.float64]
+from symkin.values import Array
 
 
 def travel_length(mechanism: Mechanism, poses: ArrayLike | WorkspaceSample) -> float:

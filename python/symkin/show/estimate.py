@@ -9,7 +9,6 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin.analysis.workspace import workspace_coordinates
 from symkin.errors import few
@@ -71,6 +70,7 @@ from symkin.show.wording import (
     significant,
     sources,
 )
+from symkin.values import Array
 
 _INTERVAL = 1.96  # standard deviations: holds 95% of normal errors
 _INFLUENTIAL = 8
@@ -441,17 +441,17 @@ def _origin_of_deviations(found: Estimate) -> str:
     return "from the residuals, since these are larger than the declared noise explains"
 
 
-def _in_deviations(found: Estimate, actual: Mechanism) -> NDArray[np.float64]:
+def _in_deviations(found: Estimate, actual: Mechanism) -> Array:
     """Error of each parameter over its standard deviation, shape (legs, p); NaN without one."""
     errors, deviations = found.mechanism.parameters - actual.parameters, found.deviations
-    scaled: NDArray[np.float64] = np.full_like(errors, np.nan)
+    scaled: Array = np.full_like(errors, np.nan)
     np.divide(errors, deviations, out=scaled, where=deviations > 0)
     # Of normal errors, so that the same interval holds 95% of all.
     intervals = [leg.interval for leg in found.legs] or [found.interval] * len(scaled)
     return scaled * (_INTERVAL / np.array(intervals))[:, None]
 
 
-def _coverage(errors: NDArray[np.float64]) -> str:
+def _coverage(errors: Array) -> str:
     known = errors[np.isfinite(errors)]
     inside = np.sum(np.abs(known) <= _INTERVAL)
     return (
@@ -704,7 +704,7 @@ def _knowledge_section(found: Estimate) -> Section:
     return Section("knowledge", "What the observations show", paragraphs, parts)
 
 
-def _moving(names: Sequence[str], direction: NDArray[np.float64]) -> str:
+def _moving(names: Sequence[str], direction: Array) -> str:
     """Name the unknowns of a direction, those of several legs as one: ``base.z, base_radius``."""
     weights: dict[str, float] = {}
     legs: dict[str, list[str]] = {}

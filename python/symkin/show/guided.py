@@ -7,9 +7,6 @@ import math
 import textwrap
 from collections.abc import Sequence
 
-import numpy as np
-from numpy.typing import NDArray
-
 from symkin.analysis.workspace import workspace_coordinates
 from symkin.data.sensor_tables import shown_readings
 from symkin.errors import few, unknowns_by_name
@@ -20,6 +17,7 @@ from symkin.options import OPTIONS
 from symkin.shell import typed_word
 from symkin.show.units import on_paper
 from symkin.show.wording import milli, percent, plural, significant
+from symkin.values import Array
 
 _BAR = 26
 WIDTH = 79  # of a terminal; pages break lines themselves
@@ -148,7 +146,7 @@ def resolved_text(verdict: Verdict) -> str:
     return f"Row {verdict.doubtful} is measured again."
 
 
-def pose_cells(session: Session, pose: NDArray[np.float64]) -> list[tuple[str, str, str]]:
+def pose_cells(session: Session, pose: Array) -> list[tuple[str, str, str]]:
     """A pose in the frames of the robot's file: names, values and units of its coordinates."""
     robot = session.robot
     values = workspace_coordinates(robot, as_drawn(robot, pose[None]))[0]
@@ -158,7 +156,7 @@ def pose_cells(session: Session, pose: NDArray[np.float64]) -> list[tuple[str, s
     ]
 
 
-def reading_cells(session: Session, readings: NDArray[np.float64]) -> list[tuple[str, str, str]]:
+def reading_cells(session: Session, readings: Array) -> list[tuple[str, str, str]]:
     """Readings as the sensors show them: number of the leg, value and unit."""
     robot = session.robot
     shown = shown_readings(robot, readings[None])[0]

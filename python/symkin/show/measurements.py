@@ -19,6 +19,7 @@ from symkin.present import Group, Headline, Image, Page, Section, Table, page_of
 from symkin.show.images import plotted
 from symkin.show.units import on_paper
 from symkin.show.wording import NONE, count, decimals_of, fixed, milli, plural, significant
+from symkin.values import Array
 
 _NAMES = ("x", "y", "z", "rx", "ry", "rz")
 
@@ -87,7 +88,7 @@ def _whole(measurements: Measurements) -> NDArray[np.bool_]:
     return np.asarray(np.isfinite(measurements.poses).all(axis=1))
 
 
-def _poses_image(measurements: Measurements, sets: Sequence[NDArray[np.float64]] = ()) -> Image:
+def _poses_image(measurements: Measurements, sets: Sequence[Array] = ()) -> Image:
     """The poses measured in full, and those of each leg's set."""
     whole = _whole(measurements)
     return Image(

@@ -47,6 +47,7 @@ from symkin.show.wording import (
     setting,
     span,
 )
+from symkin.values import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -65,12 +66,12 @@ _PLATFORMS = {
 
 def mechanism_section(
     mechanism: Mechanism,
-    poses: NDArray[np.float64],
+    poses: Array,
     symmetry: SymmetryGroup | None = None,
     *,
     keeps_modes: Collection[str] = (),
     nearly: bool = False,
-    steps: Mapping[str, NDArray[np.float64]] | None = None,
+    steps: Mapping[str, Array] | None = None,
 ) -> Section:
     """Describe a mechanism; it is drawn at home, or else at one of the poses that it reaches.
 
@@ -262,7 +263,7 @@ def _held_of_declared(mechanism: Mechanism) -> list[str]:
 
 def _drawing(
     mechanism: Mechanism,
-    poses: NDArray[np.float64],
+    poses: Array,
     symmetry: SymmetryGroup | None = None,
     keeps_modes: Collection[str] = (),
     nearly: bool = False,
@@ -379,8 +380,6 @@ def _tolerances(mechanism: Mechanism) -> list[Sequence[str]]:
     ]
 
 
-Array = NDArray[np.float64]
-
 # Two characters hold a number up to 4095; "__" is none.
 _ALPHABET = np.frombuffer(
     b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_", dtype=np.uint8
@@ -394,9 +393,7 @@ _TRIED = 1000  # poses, for the error of the interpolation
 _STATES = ("inside", "reach", "margin", "limits", "aspect", "conditioning")
 
 
-def movable(
-    mechanism: Mechanism, steps: Mapping[str, NDArray[np.float64]] | None = None
-) -> tuple[Movable, ...]:
+def movable(mechanism: Mechanism, steps: Mapping[str, Array] | None = None) -> tuple[Movable, ...]:
     """Return a mechanism that can be moved through its workspace's box; nothing if it has none.
 
     It can be stepped through poses, `steps`, each of which has a name.
@@ -415,9 +412,7 @@ def movable(
     return (Movable("movable", alternative, caption, lambda: movable_data(mechanism, steps)),)
 
 
-def movable_data(
-    mechanism: Mechanism, steps: Mapping[str, NDArray[np.float64]] | None = None
-) -> dict[str, Any]:
+def movable_data(mechanism: Mechanism, steps: Mapping[str, Array] | None = None) -> dict[str, Any]:
     """Return what the page's script needs: a grid of poses, rigid bodies, and what each pose shows.
 
     Axes, the corners of base and platform, each leg's joints, how many of them lie between its

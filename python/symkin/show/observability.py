@@ -8,7 +8,6 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin.analysis.observability import (
     Observability,
@@ -22,6 +21,7 @@ from symkin.model.symmetry import SymmetryPair, observability_group
 from symkin.present import Group, Image, Page, Section, Table, page_of
 from symkin.show.images import plotted
 from symkin.show.wording import NONE, leg_columns, plural, significant
+from symkin.values import Array
 
 _R = "|R_ii|"
 _INDICES = {
@@ -69,7 +69,7 @@ _CARRIED = (
 
 def observability_section(
     mechanism: Mechanism,
-    sets: Sequence[NDArray[np.float64]],
+    sets: Sequence[Array],
     *,
     symmetric: bool,
     rows: RowKind = "paper",
@@ -148,7 +148,7 @@ _EXPLANATION = (
 )
 
 
-def _symmetrical(names: Sequence[str], deviations: NDArray[np.float64]) -> str:
+def _symmetrical(names: Sequence[str], deviations: Array) -> str:
     worst = int(np.nanargmax(deviations))
     if deviations[worst] == 0:
         return "All legs have exactly the same values: their observability is symmetrical."
@@ -163,18 +163,14 @@ def _symmetrical(names: Sequence[str], deviations: NDArray[np.float64]) -> str:
     )
 
 
-def _within_reach(
-    mechanism: Mechanism, leg: int, poses: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _within_reach(mechanism: Mechanism, leg: int, poses: Array) -> Array:
     if not len(poses):
         return poses
     rows = observability_rows(mechanism, leg, poses).reshape(len(poses), -1)
     return np.asarray(poses[np.isfinite(rows).all(axis=1)])
 
 
-def _largest_deviations(
-    diagonals: NDArray[np.float64], chains: Sequence[str]
-) -> NDArray[np.float64]:
+def _largest_deviations(diagonals: Array, chains: Sequence[str]) -> Array:
     """Of each parameter between any leg and the first of its chain, relative to that."""
     of_chain = np.array(chains)
     largest = np.full(diagonals.shape[1], np.nan)

@@ -7,7 +7,6 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin.errors import few, named_legs
 from symkin.estimate.estimate import Estimate
@@ -17,6 +16,7 @@ from symkin.present import Group, Image, Section, Table
 from symkin.show.images import plotted
 from symkin.show.theme import MANY
 from symkin.show.wording import fixed, milli, quoted, significant
+from symkin.values import Array
 
 _BINNED = (
     " Of so many rows bins are shown, by their median and what holds 90% of them, and those rows "
@@ -256,6 +256,6 @@ def _corrections(found: Estimate) -> list[Table]:
     return [Table(caption, columns, [Group(rows)], wordy=True)] if rows else []
 
 
-def rms(values: NDArray[np.float64]) -> float:
+def rms(values: Array) -> float:
     """Root mean square; NaN of none."""
     return float(np.sqrt(np.mean(values**2))) if len(values) else math.nan

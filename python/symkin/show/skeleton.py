@@ -8,12 +8,10 @@ import re
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import quaternions_from_rotation_vectors
-
-Array = NDArray[np.float64]
+from symkin.values import Array
 
 _SEEN = 0.3  # of the characteristic length
 _ARC, _ARC_RADIUS = 37, 0.4  # points of an arc, and its radius as a share of the crank

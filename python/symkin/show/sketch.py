@@ -7,13 +7,11 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin.model.mechanism import Mechanism
 from symkin.show.skeleton import arcs, skeleton_of
 from symkin.show.theme import LEG_COLOURS
-
-Array = NDArray[np.float64]
+from symkin.values import Array
 
 _AZIMUTH, _ELEVATION = math.radians(-65), math.radians(22)  # as figures and pages look at it
 _WIDTH, _HEIGHT, _MARGIN = 360.0, 240.0, 14.0  # pixels

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin import _core
-from symkin.values import record
+from symkin.values import Array, record
 
 Cell = tuple[int, str]  # the row, from 0, and what stands there
 
@@ -32,7 +32,7 @@ class Numbers:
         For each decimal mark, the first cell that has it.
     """
 
-    values: NDArray[np.float64]
+    values: Array
     empty: NDArray[np.bool_]
     text: Cell | None = None
     marks: dict[str, Cell] = field(default_factory=dict)

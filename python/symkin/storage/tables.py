@@ -25,6 +25,7 @@ from symkin import _core
 from symkin.errors import MeasurementError, SymkinError, did_you_mean, known_extension
 from symkin.storage.quantities import unit_factor
 from symkin.storage.table_columns import Column, CsvCells, Numbers, Words, column_of
+from symkin.values import Array
 
 
 # A file, an open stream of text or bytes, or a DataFrame or other mapping of columns.
@@ -159,7 +160,7 @@ class Table:
             table._cells(names[name])
         return self._columns[name]
 
-    def numbers(self, name: str, *, empty_allowed: bool = False) -> NDArray[np.float64]:
+    def numbers(self, name: str, *, empty_allowed: bool = False) -> Array:
         """Return a column as float64, shape (N,).
 
         Raises

@@ -21,11 +21,10 @@ from symkin.study.definition import Cell, StudyDefinition
 from symkin.study.mapping import _log_information
 from symkin.study.robots import Job
 from symkin.study.summaries import CellSummary
-from symkin.values import Value, record
+from symkin.values import Array, Value, record
 
 __all__ = ["LOSSES", "OFF", "Curve", "asymmetry_curves", "linearity_curves", "reading_curves"]
 
-Array = NDArray[np.float64]
 
 LOSSES = (0.01, 0.05, 0.10)  # of efficiency, that are asked for
 OFF = 0.05  # of a prediction, beyond which linearisation has ended

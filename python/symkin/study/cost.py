@@ -29,9 +29,7 @@ from symkin.planning.simulation import simulate_observed
 from symkin.results import FolderResult
 from symkin.study.definition import Cell, StudyDefinition
 from symkin.study.robots import NORMAL_95
-from symkin.values import Value, record
-
-Array = NDArray[np.float64]
+from symkin.values import Array, Value, record
 
 # What is timed, in the order of the columns, and what the theory says of n legs.
 TASKS: dict[str, str] = {

@@ -4,15 +4,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin.analysis.observability import observability_rows
 from symkin.model.mechanism import Mechanism
 from symkin.model.symmetry import map_poses
 from symkin.planning import Plan
 from symkin.planning.selection import LegRows, allowed_candidates, design_tasks, select_poses
-
-Array = NDArray[np.float64]
+from symkin.values import Array
 
 
 def mapped_candidates(plan: Plan, candidates: Array) -> tuple[Array, ...]:

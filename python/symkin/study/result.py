@@ -30,9 +30,7 @@ from symkin.study.summaries import (
     paired,
     standard_error,
 )
-from symkin.values import Value, field, plain, record
-
-Array = NDArray[np.float64]
+from symkin.values import Array, Value, field, plain, record
 
 
 @record

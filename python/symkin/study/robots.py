@@ -23,9 +23,8 @@ from symkin.planning.making import for_all_parameters
 from symkin.planning.simulation import Simulation, disturb, simulate_observed
 from symkin.study.definition import Cell, StudyDefinition
 from symkin.study.mapping import mapped_candidates, mapped_efficiency
-from symkin.values import Value, record
+from symkin.values import Array, Value, record
 
-Array = NDArray[np.float64]
 Plans = Mapping[tuple[Any, ...], Plan | str]
 
 COLUMNS: dict[str, type] = {

@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin.cluster import begun, opened_client, spread
 from symkin.errors import SymkinError, one_of
@@ -26,10 +25,10 @@ from symkin.study.definition import Cell, StudyDefinition, extension_of, load_st
 from symkin.study.parts import TABLES, Chunk, Columns, Parts
 from symkin.study.result import StudyResult
 from symkin.study.robots import COLUMNS, Job, planned
+from symkin.values import Array
 
 __all__ = ["Chunk", "Progress", "compute", "make_plans", "run_study"]
 
-Array = NDArray[np.float64]
 PlanKey = tuple[Any, ...]
 Progress = Callable[[str, float], None]
 TableFormat = Literal["csv", "parquet"]

@@ -7,13 +7,10 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin.study.definition import Cell
 from symkin.study.robots import NORMAL_95
-from symkin.values import Value, field, record
-
-Array = NDArray[np.float64]
+from symkin.values import Array, Value, field, record
 
 
 @record

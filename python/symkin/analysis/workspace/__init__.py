@@ -22,7 +22,7 @@ from symkin.model.tolerances import parameter_tolerances
 from symkin.options import checks
 from symkin.results import Result
 from symkin.storage.toml_file import read_toml
-from symkin.values import field, record
+from symkin.values import Array, field, record
 
 __all__ = [
     "WorkspaceSample",
@@ -70,15 +70,15 @@ class WorkspaceSample(Result):
         The poses in the frames of the mechanism's file: tables have them.
     """
 
-    poses: NDArray[np.float64] = field(private=True)
-    readings: NDArray[np.float64] = field(private=True)
-    conditions: NDArray[np.float64] = field(private=True)
+    poses: Array = field(private=True)
+    readings: Array = field(private=True)
+    conditions: Array = field(private=True)
     drawn: int
     rejected: Mapping[str, int]
     pose_space: str = field(private=True)
     reading_unit: str = field(private=True)
-    shown: NDArray[np.float64] | None = field(private=True, default=None)
-    as_drawn: NDArray[np.float64] | None = field(private=True, default=None)
+    shown: Array | None = field(private=True, default=None)
+    as_drawn: Array | None = field(private=True, default=None)
     derived = ("share",)
 
     @property
@@ -155,7 +155,7 @@ def inside_workspace(mechanism: Mechanism, poses: ArrayLike) -> NDArray[np.bool_
     return np.array(_core.inside_workspace(mechanism.core, options, pose_rows(poses)))
 
 
-def _rows(mechanism: Mechanism, poses: ArrayLike) -> NDArray[np.float64]:
+def _rows(mechanism: Mechanism, poses: ArrayLike) -> Array:
     """Poses as rows of as many columns as the mechanism's have."""
     rows = pose_rows(poses)
     if rows.ndim != 2 or rows.shape[1] != len(mechanism.home):
@@ -171,7 +171,7 @@ def coordinate_names(mechanism: Mechanism) -> tuple[str, ...]:
     return tuple(mechanism.space.units)
 
 
-def workspace_coordinates(mechanism: Mechanism, poses: ArrayLike) -> NDArray[np.float64]:
+def workspace_coordinates(mechanism: Mechanism, poses: ArrayLike) -> Array:
     """Poses in a workspace's coordinates, shape (N, dof): m, and rad in (-pi, pi]."""
     rows = _rows(mechanism, poses)
     if not mechanism.space.turns:
@@ -202,9 +202,7 @@ def inside_box(mechanism: Mechanism, poses: ArrayLike) -> NDArray[np.bool_]:
     return inside
 
 
-def interpolated(
-    axes: Sequence[NDArray[np.float64]], values: NDArray[np.float64], points: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def interpolated(axes: Sequence[Array], values: Array, points: Array) -> Array:
     """Multilinear interpolation on a grid, shape (N, k); NaN beside a node that is NaN."""
     lower, share = [], []
     for axis, column in zip(axes, points.T, strict=True):
@@ -223,7 +221,7 @@ def interpolated(
     return found
 
 
-def closure_deviation(mechanism: Mechanism, poses: NDArray[np.float64]) -> float:
+def closure_deviation(mechanism: Mechanism, poses: Array) -> float:
     """Standard deviation of the closures of legs as the workshop makes them, m or rad.
 
     The largest of all legs and poses; zero where no leg can reach.

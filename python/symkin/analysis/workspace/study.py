@@ -24,9 +24,7 @@ from symkin.model.mechanism import Mechanism
 from symkin.model.symmetry import DetectedSymmetry, SymmetryElement, SymmetryGroup, detect_symmetry
 from symkin.options import checks
 from symkin.results import Result
-from symkin.values import Value, field, plain, record
-
-Array = NDArray[np.float64]
+from symkin.values import Array, Value, field, plain, record
 
 _PAPER_ORIENTATIONS = (0.0, 0.4, 0.6)  # rad, section 6.2
 _TURNS = 3600  # orientations at which a singularity is looked for

@@ -24,9 +24,7 @@ from symkin.model.mechanism import Mechanism
 from symkin.model.poses import quaternions_from_rotation_vectors, rotations_from_quaternions
 from symkin.storage.quantities import unit_factor
 from symkin.storage.tables import read_table
-from symkin.values import record
-
-Array = NDArray[np.float64]
+from symkin.values import Array, record
 
 _UNITS = {"meters": 1.0, "metres": 1.0, "millimeters": 1e-3, "millimetres": 1e-3,
           "centimeters": 1e-2, "mm": 1e-3, "cm": 1e-2, "m": 1.0}  # fmt: skip

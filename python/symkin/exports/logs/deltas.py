@@ -15,13 +15,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin.exports.firmware import LinearDelta
 from symkin.exports.logs.log import Asked, ImportedLog, Log, LogFormat
 from symkin.exports.printers import few_heights, printer_of
-
-Array = NDArray[np.float64]
+from symkin.values import Array
 
 _TOWERS = np.array([210.0, 330.0, 90.0])
 _NUMBER = r"[-+]?\d+(?:\.\d*)?|[-+]?\.\d+"

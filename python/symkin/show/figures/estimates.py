@@ -28,7 +28,6 @@ from symkin.planning import PoseCountCurve
 from symkin.show.figures.style import (
     COLOUR_MAP,
     SMALL,
-    Array,
     colour_bar,
     flat_axes,
     leg_patches,
@@ -44,6 +43,7 @@ from symkin.show.figures.workspaces import View, shown_of, views_of
 from symkin.show.theme import ACCENT, AFTER, BEFORE, INK, LINE, MANY, name_points
 from symkin.show.units import on_paper
 from symkin.show.wording import milli, quantity, small
+from symkin.values import Array
 
 INTERVAL = 1.96  # standard deviations: holds 95% of normal errors
 _COLUMNS = 3  # of panels, one a leg

@@ -26,7 +26,6 @@ from symkin.planning import Plan
 from symkin.show.figures.style import (
     COLOUR_MAP,
     SMALL,
-    Array,
     dressed,
     equal_box,
     flat_axes,
@@ -42,7 +41,7 @@ from symkin.show.skeleton import Joint, Skeleton, arcs, skeleton_of
 from symkin.show.theme import ACCENT, BEFORE, INK, LINE, PAPER
 from symkin.show.units import on_paper
 from symkin.show.wording import setting
-from symkin.values import record
+from symkin.values import Array, record
 
 _BODIES = {"base": "#BDBDBD", "platform": "#8FB8DE"}
 _JOINTS = {"R": "revolute", "P": "prismatic", "U": "universal", "S": "spherical"}

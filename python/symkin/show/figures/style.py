@@ -26,8 +26,7 @@ from mpl_toolkits.mplot3d import Axes3D  # type: ignore[import-untyped]
 from numpy.typing import NDArray
 
 from symkin.show.theme import GRID, INK, LEG_COLOURS, LINE, PANE, PAPER
-
-Array = NDArray[np.float64]
+from symkin.values import Array
 
 DARK = "#222222"  # on coloured areas, which do not follow the page's theme
 COLOUR_MAP = "viridis"

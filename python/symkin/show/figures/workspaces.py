@@ -32,7 +32,6 @@ from symkin.show.figures.style import (
     DARK,
     SMALL,
     SUBSCRIPTS,
-    Array,
     colour_bar,
     flat_axes,
     leg_handles,
@@ -53,6 +52,7 @@ from symkin.show.theme import (
 )
 from symkin.show.units import on_paper
 from symkin.show.wording import given
+from symkin.values import Array
 
 _SIZES = {"planar": (8.6, 4.2), "point": (4.6, 4.4)}  # inches
 _SIZE_IN_SPACE = (8.8, 3.7)
