@@ -15,17 +15,11 @@ from symkin.acceptance import ABOUT, Acceptance
 from symkin.acceptance.calibration import calibrated_of, rows_seen
 from symkin.cli.console import Telling, print_result, progress, write_result
 from symkin.cli.options import (
-    CandidatesOption,
     ColumnsOption,
-    ConfidenceOption,
-    IgnoreOption,
-    OverwriteOption,
-    SeedOption,
     accuracies_of,
     columns_of,
     command,
     folder_of,
-    of,
     option,
     refuse_unless,
     several_of,
@@ -61,14 +55,14 @@ def evaluate(
         str | None, option("FILE", "The simulated robot, of `symkin simulate`.")
     ] = None,
     plan: Annotated[Path | None, option("FILE", "A plan whose poses are commanded.")] = None,
-    candidates: CandidatesOption = None,
+    candidates: int | None = None,
     measurements: Annotated[Path | None, option("FILE", "Measured poses and readings.")] = None,
     columns: ColumnsOption = None,
-    ignore: IgnoreOption = None,
-    confidence: ConfidenceOption = "0.95",
+    ignore: list[str] | None = None,
+    confidence: str = "0.95",
     out: Annotated[Path | None, folder_of("evaluation.json and evaluation.html")] = None,
-    seed: SeedOption = None,
-    overwrite: OverwriteOption = False,
+    seed: int | None = None,
+    overwrite: bool = False,
     telling: Telling,
 ) -> None:
     """Say how far the end effector is from where it should be.
@@ -180,7 +174,7 @@ def accept(
             "orientation. May be given for both.",
         ),
     ] = None,
-    judge: Annotated[Judge, of("judge")] = "rms",
+    judge: Judge = "rms",
     uncertainty: Annotated[
         list[str] | None,
         option(
@@ -189,7 +183,7 @@ def accept(
             "default what the table or the noise of the calibration says.",
         ),
     ] = None,
-    frames: Annotated[list[str] | None, of("frames")] = None,
+    frames: list[str] | None = None,
     about: Annotated[
         list[str] | None,
         option(
@@ -198,9 +192,9 @@ def accept(
         ),
     ] = None,
     columns: ColumnsOption = None,
-    ignore: IgnoreOption = None,
+    ignore: list[str] | None = None,
     out: Annotated[Path | None, folder_of("acceptance.json and certificate.html")] = None,
-    overwrite: OverwriteOption = False,
+    overwrite: bool = False,
     telling: Telling,
 ) -> None:
     """Judge whether a calibrated robot keeps a tolerance.
@@ -273,7 +267,7 @@ def compare(
         typer.Argument(metavar="SECOND", help="That of another.", show_default=False),
     ],
     out: Annotated[Path | None, folder_of("comparison.json and comparison.html")] = None,
-    overwrite: OverwriteOption = False,
+    overwrite: bool = False,
     telling: Telling,
 ) -> None:
     """Say what moved between two calibrations of one robot.

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -23,30 +23,14 @@ from symkin.cli.console import (
     write_result_then_report,
 )
 from symkin.cli.options import (
-    ClockOffsetOption,
     ColumnsOption,
-    ConfidenceOption,
-    EstimatorOption,
-    GaugeOption,
-    IgnoreOption,
-    LossOption,
-    LossPerOption,
-    LossScaleOption,
-    MaxIterationsOption,
+    Fitting,
     Measured,
     MechanismArgument,
-    OverwriteOption,
-    PoseUseOption,
-    SchedulerOption,
-    SeedOption,
-    ThreadsOption,
-    TolerancesOption,
     Unknown,
-    WorkersOption,
     columns_of,
     command,
     folder_of,
-    of,
     option,
     printed_length_of,
     refuse_unless,
@@ -60,7 +44,7 @@ from symkin.estimate.fleet import Fleet, identify_robots
 from symkin.estimate.fleet_jobs import Robots
 from symkin.estimate.fleet_sources import robots_of_files
 from symkin.files.mechanism_file import read_mechanism
-from symkin.options import Format
+from symkin.options import Format, Gauge
 from symkin.storage.output_files import OutputFiles
 from symkin.storage.tables import read_table
 
@@ -84,14 +68,10 @@ def identify(
         ),
     ],
     columns: ColumnsOption = None,
-    ignore: IgnoreOption = None,
-    estimator: EstimatorOption = None,
-    poses: PoseUseOption = "all",
-    loss: LossOption = "none",
-    loss_scale: LossScaleOption = None,
-    loss_per: LossPerOption = None,
+    ignore: list[str] | None = None,
+    fitting: Fitting,
     unknown: Unknown,
-    clock_offset: ClockOffsetOption = None,
+    clock_offset: bool | None = None,
     sensor_table: Annotated[
         Path | None,
         option(
@@ -111,8 +91,8 @@ def identify(
             "(by default 0.05 mm).",
         ),
     ] = None,
-    gauge: GaugeOption = None,
-    confidence: ConfidenceOption = "0.95",
+    gauge: Gauge | None = None,
+    confidence: str = "0.95",
     by: Measured,
     cross_validate: Annotated[
         int | None, option("K", "Predict each of K parts of the poses from the others, too.", min=2)
@@ -125,9 +105,9 @@ def identify(
         ),
     ] = False,
     out: Annotated[Path | None, folder_of("calibrated.toml, results.json and report.html")] = None,
-    max_iterations: MaxIterationsOption = 100,
-    seed: SeedOption = None,
-    overwrite: OverwriteOption = False,
+    max_iterations: int = 100,
+    seed: int | None = None,
+    overwrite: bool = False,
     telling: Telling,
 ) -> None:
     """Identify what is unknown of a robot from measurements.
@@ -150,7 +130,7 @@ def identify(
         seed is None or not cross_validate_blocks,
         "--seed draws parts at random, and --cross-validate-blocks says that they are blocks",
     )
-    _refuse_no_loss(loss, loss_scale, loss_per)
+    fitting.require_loss()
     share = share_of(confidence, "confidence")
     if printed and (unknown.free or unknown.frames):
         raise typer.BadParameter(
@@ -182,11 +162,7 @@ def identify(
             found = symkin.identify(
                 nominal,
                 measured,
-                estimator,
-                poses=poses,
-                loss=loss,
-                loss_scale=loss_scale,
-                loss_per=loss_per,
+                **vars(fitting),
                 max_iterations=max_iterations,
                 **unknown.arguments(),
                 clock_offset=clock_offset,
@@ -229,12 +205,6 @@ def _correcting(
         raise
 
 
-def _refuse_no_loss(loss: str, loss_scale: float | None, loss_per: str | None) -> None:
-    """Refuse what says how a loss is, without one."""
-    refuse_unless(loss_per != "pose" or loss != "none", "--loss-per pose goes with a --loss alone")
-    refuse_unless(loss_scale is None or loss != "none", "--loss-scale goes with a --loss alone")
-
-
 @command(
     "symkin run 3RRR --out out",
     "symkin simulate 3RRR --plan out/plan.csv --seed 2 --out second",
@@ -251,31 +221,27 @@ def identify_batch(
         ),
     ],
     columns: ColumnsOption = None,
-    ignore: IgnoreOption = None,
-    estimator: EstimatorOption = None,
-    poses: PoseUseOption = "all",
-    loss: LossOption = "none",
-    loss_scale: LossScaleOption = None,
-    loss_per: LossPerOption = None,
+    ignore: list[str] | None = None,
+    fitting: Fitting,
     unknown: Unknown,
-    clock_offset: ClockOffsetOption = None,
-    gauge: GaugeOption = None,
+    clock_offset: bool | None = None,
+    gauge: Gauge | None = None,
     by: Measured,
-    tolerances: TolerancesOption = None,
+    tolerances: Literal["estimate"] | None = None,
     out: Annotated[Path | None, folder_of("the table, a row a robot, and report.html")] = None,
-    table: Annotated[Format, of("table")] = "csv",
-    max_iterations: MaxIterationsOption = 100,
-    threads: ThreadsOption = 0,
-    workers: WorkersOption = 1,
-    scheduler: SchedulerOption = None,
-    overwrite: OverwriteOption = False,
+    table: Format = "csv",
+    max_iterations: int = 100,
+    threads: int = 0,
+    workers: int = 1,
+    scheduler: str | None = None,
+    overwrite: bool = False,
     telling: Telling,
 ) -> None:
     """Identify many robots of one drawing, a row a robot.
 
     What is unknown is said as for identify, by options or the mechanism's file.
     """
-    _refuse_no_loss(loss, loss_scale, loss_per)
+    fitting.require_loss()
     refuse_unless(
         table == "csv" or out is not None, "--table says what is written in --out; expected both"
     )
@@ -305,11 +271,7 @@ def identify_batch(
             found = identify_robots(
                 nominal,
                 robots,
-                estimator,
-                poses=poses,
-                loss=loss,
-                loss_scale=loss_scale,
-                loss_per=loss_per,
+                **vars(fitting),
                 max_iterations=max_iterations,
                 **unknown.arguments(),
                 clock_offset=clock_offset,
@@ -348,7 +310,7 @@ def align(
         ),
     ] = None,
     columns: ColumnsOption = None,
-    ignore: IgnoreOption = None,
+    ignore: list[str] | None = None,
     device: Annotated[
         str | None,
         option(
@@ -376,9 +338,9 @@ def align(
             "best, and said.",
         ),
     ] = None,
-    length: Annotated[float, of("length")] = 1.0,
+    length: float = 1.0,
     out: Annotated[Path | None, folder_of("frames.toml, results.json and report.html")] = None,
-    overwrite: OverwriteOption = False,
+    overwrite: bool = False,
     telling: Telling,
 ) -> None:
     """Find where a measuring device stands, and its target.

@@ -18,15 +18,11 @@ from symkin.cli.console import JsonOption, print_json, progress, say
 from symkin.cli.options import (
     AccuracyOption,
     AvoidOption,
-    CandidatesOption,
-    ConfidenceOption,
     Measured,
     MechanismArgument,
-    SeedOption,
     Unknown,
     accuracies_of,
     command,
-    of,
     option,
     refuse_unless,
     region_of,
@@ -72,7 +68,7 @@ def measure(
         ),
     ],
     accuracy: AccuracyOption = None,
-    confidence: ConfidenceOption = "0.95",
+    confidence: str = "0.95",
     device: Annotated[
         str | None,
         option(
@@ -99,13 +95,13 @@ def measure(
         int, option("PORT", "Of that page; 0: one that is free.", min=0, max=65535)
     ] = _PORT,
     by: Measured,
-    observe: Annotated[list[str] | None, of("observe")] = None,
+    observe: list[str] | None = None,
     unknown: Unknown,
-    candidates: CandidatesOption = None,
-    margin_sigmas: Annotated[float, of("margin_sigmas")] = 3.0,
+    candidates: int | None = None,
+    margin_sigmas: float = 3.0,
     avoid: AvoidOption = None,
-    seed: SeedOption = None,
-    units: Annotated[str, of("units")] = "",
+    seed: int | None = None,
+    units: str = "",
     as_json: JsonOption = False,
 ) -> None:
     """Measure a robot, pose by pose, until an accuracy is reached.
@@ -272,11 +268,11 @@ def simulate_device(
         Path | None,
         option("FILE", "The robot as made; by default one within the tolerances."),
     ] = None,
-    observe: Annotated[list[str] | None, of("observe")] = None,
+    observe: list[str] | None = None,
     lost: Annotated[
         float, option("SHARE", "Of the poses, whose target it loses.", min=0, max=1)
     ] = 0.0,
-    seed: SeedOption = None,
+    seed: int | None = None,
 ) -> None:
     """Play a robot and a measuring device, for `symkin measure --device`.
 

@@ -26,12 +26,9 @@ from symkin.cli.console import (
 )
 from symkin.cli.options import (
     MechanismArgument,
-    OverwriteOption,
-    SeedOption,
     angles_of,
     command,
     folder_of,
-    of,
     option,
     quantity_of,
     refuse_unless,
@@ -73,7 +70,7 @@ def new(
     legs: Annotated[
         int | None, option("N", "By default as few as the platform needs.", min=1)
     ] = None,
-    platform: Annotated[Platform, of("platform")] = "rigid",
+    platform: Platform = "rigid",
 ) -> None:
     """Print a mechanism file to begin with, every key explained.
 
@@ -155,8 +152,8 @@ def check(
     *,
     mechanism: MechanismArgument,
     out: Annotated[Path | None, folder_of("check.html and check.json")] = None,
-    seed: SeedOption = None,
-    overwrite: OverwriteOption = False,
+    seed: int | None = None,
+    overwrite: bool = False,
     telling: Telling,
 ) -> None:
     """Say what a mechanism file means, and what poses can show.
@@ -203,11 +200,11 @@ def workspace(
             "home's, and 0.4 and 0.6 rad from there.",
         ),
     ] = None,
-    count: Annotated[int, of("count")] = 100_000,
-    resolution: Annotated[int, of("resolution")] = 201,
-    both_modes: Annotated[bool, of("both_modes")] = False,
-    seed: SeedOption = None,
-    overwrite: OverwriteOption = False,
+    count: int = 100_000,
+    resolution: int = 201,
+    both_modes: bool = False,
+    seed: int | None = None,
+    overwrite: bool = False,
     telling: Telling,
 ) -> None:
     """Draw a workspace and test its symmetry.
@@ -268,7 +265,7 @@ def kinematics(
         ),
     ] = False,
     out: Annotated[Path | None, folder_of("readings.csv, or poses.csv with --forward")] = None,
-    overwrite: OverwriteOption = False,
+    overwrite: bool = False,
     as_json: JsonOption = False,
 ) -> None:
     """Calculate readings at poses, or poses at readings.
@@ -334,8 +331,8 @@ def export(
         str | None,
         option("MECHANISM", "What the controller computes with, for a correction table."),
     ] = None,
-    grid: Annotated[int, of("grid")] = 0,
-    overwrite: OverwriteOption = False,
+    grid: int = 0,
+    overwrite: bool = False,
     as_json: JsonOption = False,
 ) -> None:
     """Write a mechanism for a controller or a simulator.
@@ -413,7 +410,7 @@ def import_(
             "the one called platform.",
         ),
     ] = None,
-    overwrite: OverwriteOption = False,
+    overwrite: bool = False,
 ) -> None:
     """Make tables, and a mechanism file where there is one, of what others have recorded.
 

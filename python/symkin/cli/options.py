@@ -13,7 +13,7 @@ import math
 import re
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal, get_args, get_type_hints
+from typing import Annotated, Any, Literal, get_args, get_origin, get_type_hints
 
 import typer
 
@@ -35,7 +35,6 @@ from symkin.options import (
     Criterion,
     Design,
     Estimator,
-    Gauge,
     Loss,
     LossPer,
     PoseUse,
@@ -54,7 +53,10 @@ Command = Callable[..., None]
 
 
 def command(*examples: str) -> Callable[[Command], Command]:
-    """Let parameters that are groups of options stand for these, and add examples to the help."""
+    """Let parameters be the options of their names, or groups of them, with examples in the help.
+
+    One that is no option of the table, or says more than it, is annotated with what it is.
+    """
 
     def made(function: Command) -> Command:
         parameters = inspect.signature(function, eval_str=True).parameters
@@ -84,6 +86,7 @@ def command(*examples: str) -> Callable[[Command], Command]:
             with in_units(getattr(telling, "units", "")), with_figures(every):
                 function(**given)
 
+        flat = [_of_the_table(each) for each in flat]
         called.__signature__ = inspect.Signature(flat)  # type: ignore[attr-defined]
         called.__annotations__ = {each.name: each.annotation for each in flat}
         text = inspect.cleandoc(function.__doc__ or "")
@@ -93,6 +96,14 @@ def command(*examples: str) -> Callable[[Command], Command]:
         return called
 
     return made
+
+
+def _of_the_table(parameter: inspect.Parameter) -> inspect.Parameter:
+    """The option of a parameter's name, if it does not say itself what it is."""
+    said = get_origin(parameter.annotation) is Annotated
+    if said or parameter.name not in OPTIONS:
+        return parameter
+    return parameter.replace(annotation=Annotated[parameter.annotation, of(parameter.name)])
 
 
 def option(metavar: str, help: str, like: str = "", **limits: Any) -> Any:  # noqa: A002  # as typer
@@ -139,9 +150,6 @@ MechanismArgument = Annotated[
         show_default=False,
     ),
 ]
-SeedOption = Annotated[int | None, of("seed")]
-OverwriteOption = Annotated[bool, of("overwrite")]
-CandidatesOption = Annotated[int | None, of("candidates")]
 ColumnsOption = Annotated[
     Path | None,
     option(
@@ -151,20 +159,6 @@ ColumnsOption = Annotated[
         like="ignore",
     ),
 ]
-IgnoreOption = Annotated[list[str] | None, of("ignore")]
-PoseCountOption = Annotated[int | None, of("pose_count")]
-EstimatorOption = Annotated[Estimator | None, of("estimator")]
-PoseUseOption = Annotated[PoseUse, of("poses")]
-LossOption = Annotated[Loss, of("loss")]
-LossScaleOption = Annotated[float | None, of("loss_scale")]
-LossPerOption = Annotated[LossPer | None, of("loss_per")]
-ClockOffsetOption = Annotated[bool | None, of("clock_offset", "--clock-offset")]
-GaugeOption = Annotated[Gauge | None, of("gauge")]
-TolerancesOption = Annotated[Literal["estimate"] | None, of("tolerances")]
-MaxIterationsOption = Annotated[int, of("max_iterations")]
-ThreadsOption = Annotated[int, of("threads")]
-WorkersOption = Annotated[int, of("workers")]
-SchedulerOption = Annotated[str | None, of("scheduler")]
 AccuracyOption = Annotated[
     list[str] | None,
     option(
@@ -182,32 +176,50 @@ AvoidOption = Annotated[
         like="candidates",
     ),
 ]
-ConfidenceOption = Annotated[str, of("confidence")]
 
 
 @record
 class Choosing:
     """How poses are chosen, as `make_plan` and `pose_count_curve` take it."""
 
-    design: Annotated[Design | None, of("design")] = None
-    rows: Annotated[RowKind, of("rows")] = "noise_aware"
-    criterion: Annotated[Criterion, of("criterion")] = "O1"
+    design: Design | None = None
+    rows: RowKind = "noise_aware"
+    criterion: Criterion = "O1"
 
 
 @record
 class ChoosingForPlan(Choosing):
     """And where a plan is made."""
 
-    method: Annotated[SelectionMethod, of("method")] = "exchange"
-    margin_sigmas: Annotated[float, of("margin_sigmas")] = 3.0
+    method: SelectionMethod = "exchange"
+    margin_sigmas: float = 3.0
+
+
+@record
+class Fitting:
+    """How what is unknown is fitted, as `identify` takes it."""
+
+    estimator: Estimator | None = None
+    poses: PoseUse = "all"
+    loss: Loss = "none"
+    loss_scale: float | None = None
+    loss_per: LossPer | None = None
+
+    def require_loss(self) -> None:
+        """Refuse what says how a loss is, without one."""
+        has_loss = self.loss != "none"
+        refuse_unless(
+            self.loss_per != "pose" or has_loss, "--loss-per pose goes with a --loss alone"
+        )
+        refuse_unless(self.loss_scale is None or has_loss, "--loss-scale goes with a --loss alone")
 
 
 @record
 class Measured:
     """What measures, and how well."""
 
-    device_kind: Annotated[str | None, of("device_kind")] = None
-    noise: Annotated[list[str] | None, of("noise")] = None
+    device_kind: str | None = None
+    noise: list[str] | None = None
 
     @property
     def estimated(self) -> Literal["estimate"] | None:
@@ -244,7 +256,7 @@ class Measured:
 class Observing:
     """What is observed."""
 
-    observe: Annotated[list[str] | None, of("observe")] = None
+    observe: list[str] | None = None
     base: Annotated[
         str | None,
         option(
@@ -319,20 +331,20 @@ class Observing:
 class Unknown:
     """What is unknown."""
 
-    free: Annotated[list[str] | None, of("free")] = None
-    fixed: Annotated[list[str] | None, of("fixed")] = None
-    shared: Annotated[list[str] | None, of("shared")] = None
-    tie: Annotated[list[str] | None, of("tie")] = None
-    prior: Annotated[list[str] | None, of("prior")] = None
-    frames: Annotated[list[str] | None, of("frames")] = None
-    sensor: Annotated[Sensor | None, of("sensor")] = None
-    drift: Annotated[list[str] | None, of("drift")] = None
-    step: Annotated[list[str] | None, of("step")] = None
-    growth: Annotated[bool | None, of("growth", "--growth")] = None
-    backlash: Annotated[bool | None, of("backlash", "--backlash")] = None
-    assume: Annotated[list[str] | None, of("assume")] = None
-    sessions: Annotated[list[str] | None, of("sessions")] = None
-    bow: Annotated[str | None, of("bow")] = None
+    free: list[str] | None = None
+    fixed: list[str] | None = None
+    shared: list[str] | None = None
+    tie: list[str] | None = None
+    prior: list[str] | None = None
+    frames: list[str] | None = None
+    sensor: Sensor | None = None
+    drift: list[str] | None = None
+    step: list[str] | None = None
+    growth: bool | None = None
+    backlash: bool | None = None
+    assume: list[str] | None = None
+    sessions: list[str] | None = None
+    bow: str | None = None
 
     def arguments(self) -> Unknowns:
         """Read it, as arguments of `identify`."""

@@ -10,7 +10,7 @@ import typer
 
 import symkin
 from symkin.cli.console import Telling, print_result
-from symkin.cli.options import OverwriteOption, command, folder_of
+from symkin.cli.options import command, folder_of
 from symkin.results import Result
 from symkin.storage.output_files import OutputFiles
 
@@ -29,7 +29,7 @@ def show(
         ),
     ],
     out: Annotated[Path | None, folder_of("results.json and report.html")] = None,
-    overwrite: OverwriteOption = False,
+    overwrite: bool = False,
     telling: Telling,
 ) -> None:
     """Show again what a command has found, as text, as a page or in other units.
