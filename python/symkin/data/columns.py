@@ -625,21 +625,14 @@ def _sizes(table: Table, pose_space: str) -> Sizes:
     for each in OBSERVABLES.values():
         if not each.numbered or each.between_rows:
             continue
-        pattern = each.numbers(space, units)
-        numbers = {match[1]: name for name in table.names if (match := pattern.fullmatch(name))}
-        for number, name in numbers.items():
-            if len(number) > 6 or not 1 <= int(number) <= len(numbers):
-                raise table.error(
-                    f'column "{name}" has number {number}; expected 1 to {len(numbers)}, since '
-                    f"there are {len(numbers)} of the kind"
-                )
-        counts[each.name] = len(numbers)
-    return Sizes(space, 0, "", counts["points"], counts["distances"], _pair_count(table))
+        counts[each.name] = _count(table, each.numbers(space, units))
+    pairs = _count(table, PAIR_ROW)  # that a row may be in, by the columns of the other rows
+    return Sizes(space, 0, "", counts["points"], counts["distances"], pairs)
 
 
-def _pair_count(table: Table) -> int:
-    """How many pairs a row may be in, by the columns of the other rows, all those from 1."""
-    numbers = {match[1]: name for name in table.names if (match := PAIR_ROW.fullmatch(name))}
+def _count(table: Table, pattern: re.Pattern[str]) -> int:
+    """How many numbers columns of a kind have, all those from 1."""
+    numbers = {match[1]: name for name in table.names if (match := pattern.fullmatch(name))}
     for number, name in numbers.items():
         if len(number) > 6 or not 1 <= int(number) <= len(numbers):
             raise table.error(

@@ -15,11 +15,11 @@ from typing import Any
 
 import numpy as np
 
-from symkin.errors import SymkinError, did_you_mean
+from symkin.errors import SymkinError
 from symkin.files.declared_parts import has_several_paths
 from symkin.model.poses import PoseSpace, roll_pitch_yaw, rotations_from_vectors
 from symkin.storage.quantities import evaluate_quantity
-from symkin.storage.toml_file import TomlSource, WrongValueError
+from symkin.storage.toml_file import TomlSource, WrongValueError, check_keys
 from symkin.values import Array
 
 _Values = dict[str, Any]
@@ -72,10 +72,7 @@ def home_values(given: Mapping[str, Any], space: PoseSpace, free: Sequence[str])
     WrongValueError
         Naming the key of it.
     """
-    keys = ("position", *space.rotation)
-    for key in given:
-        if key not in keys:
-            raise WrongValueError(f"unknown key{did_you_mean(key, keys)}", ("home", key))
+    check_keys(given, ("position", *space.rotation), (), "home")
     place = given.get("position", [])
     if not isinstance(place, list) or len(place) != space.size:
         raise WrongValueError(
@@ -124,14 +121,7 @@ def _dyad(values: _Values) -> _Values:
         raise WrongValueError(
             "reads several joints of a leg; expected its dimensions in [reference_leg]", ("chain",)
         )
-    for key in leg:
-        if key not in DYAD_KEYS:
-            raise WrongValueError(
-                f"unknown key{did_you_mean(key, DYAD_KEYS)}", ("reference_leg", key)
-            )
-    for key in DYAD_KEYS[:-1]:
-        if key not in leg:
-            raise WrongValueError("this key is missing", ("reference_leg", key))
+    check_keys(leg, DYAD_KEYS, DYAD_KEYS[:-1], "reference_leg")
     # The named chain counts the first link from x, the declared one from its base.
     home = dict(leg.get("home", {}))
     if "q1" in home:
@@ -181,11 +171,7 @@ def _observed(values: _Values) -> _Values:
         return values
     if not isinstance(observation, dict):
         raise WrongValueError("is not a table; expected measured", ("observation",))
-    for key in observation:
-        if key not in ("measured", "datum"):
-            raise WrongValueError(
-                f"unknown key{did_you_mean(key, ('measured', 'datum'))}", ("observation", key)
-            )
+    check_keys(observation, ("measured", "datum"), (), "observation")
     measured = observation.get("measured")
     kind = _DEVICES.get(
         measured if isinstance(measured, str) else ", ".join(map(str, measured or []))

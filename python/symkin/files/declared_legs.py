@@ -28,7 +28,15 @@ from symkin.model.poses import (
     vectors_from_rotations,
 )
 from symkin.storage.quantities import evaluate_quantity
-from symkin.storage.toml_file import KeyPath, Kind, TomlSource, WrongValueError, list_of, read_at
+from symkin.storage.toml_file import (
+    KeyPath,
+    Kind,
+    TomlSource,
+    WrongValueError,
+    check_keys,
+    list_of,
+    read_at,
+)
 from symkin.values import Array
 
 _Values = dict[str, Any]
@@ -236,9 +244,7 @@ def declared_leg(
     """
     if not isinstance(table, dict):
         raise WrongValueError("is not a table; expected path, rods, home")
-    for key in table:
-        if key not in _KEYS:
-            raise WrongValueError(f"unknown key{did_you_mean(key, _KEYS)}", (key,))
+    check_keys(table, _KEYS)
     parts = [table.get(key, []) for key in ("path", "platform_path", "rods", "loops")]
     planar = stays_in_plane(parts)
     pose_space = _pose_space(file.get("platform", "rigid"), planar)

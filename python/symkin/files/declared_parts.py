@@ -11,7 +11,7 @@ import numpy as np
 
 from symkin.errors import SymkinError, did_you_mean
 from symkin.storage.quantities import evaluate_quantity
-from symkin.storage.toml_file import WrongValueError
+from symkin.storage.toml_file import WrongValueError, check_keys
 from symkin.values import Array
 
 _Values = dict[str, Any]
@@ -551,9 +551,7 @@ def stays_in_plane(raw: Any) -> bool:
 def _check_keys(raw: Any, keys: Sequence[str]) -> None:
     if not isinstance(raw, dict):
         raise WrongValueError(f"is {raw!r}; expected a table of {', '.join(keys)}")
-    for key in raw:
-        if key not in keys:
-            raise WrongValueError(f"unknown key{did_you_mean(key, keys)}", (key,))
+    check_keys(raw, keys)
 
 
 def _name_of(raw: Mapping[str, Any], default: str) -> str:

@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from symkin.data.sensor_tables import MOST_ROWS
-from symkin.errors import QuantityError, did_you_mean, printable
+from symkin.errors import QuantityError, printable
 from symkin.files.declared_forms import DYAD_KEYS
 from symkin.model.chains import PLATFORMS, ChainInfo, chain_info, chains
 from symkin.model.file_frames import point_parameters
@@ -45,6 +45,7 @@ from symkin.storage.toml_file import (
     Sign,
     WrongValueError,
     boolean,
+    check_keys,
     choice,
     estimate,
     list_of,
@@ -496,9 +497,7 @@ def _leg_kind(
                     raise WrongValueError(
                         f"stands beside {end}_point; expected one of the two", (name,)
                     )
-        for name in keys:
-            if name not in known:
-                raise WrongValueError(f"unknown key{did_you_mean(name, known)}", (name,))
+        check_keys(keys, known)
         return forms[tuple(end for end in ends if end in given)].read(raw)
 
     schemas = [form.schema for form in forms.values()]

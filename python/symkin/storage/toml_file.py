@@ -7,7 +7,7 @@ import json
 import math
 import re
 import tomllib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import field
 from pathlib import Path
 from typing import Any, Literal, TypeVar
@@ -225,6 +225,19 @@ class WrongValueError(SymkinError):
         self.keys = keys
 
 
+def check_keys(
+    given: Collection[str], known: Collection[str], required: Iterable[str] = (), *place: str
+) -> None:
+    """Refuse a table at a place for a key that nobody knows, or for one that is missing."""
+    # A misspelt key is reported rather than the one that is missing because of it.
+    for key in given:
+        if key not in known:
+            raise WrongValueError(f"unknown key{did_you_mean(key, known)}", (*place, key))
+    for key in required:
+        if key not in given:
+            raise WrongValueError("this key is missing", (*place, key))
+
+
 @record
 class Kind:
     """What a value may be: how it is read, or refused, and its JSON Schema."""
@@ -347,13 +360,7 @@ def table(kinds: Mapping[str, Kind], required: tuple[str, ...] = (), settings: A
     def read(raw: Any) -> dict[str, Any]:
         if not isinstance(raw, dict):
             raise WrongValueError("is not a table of keys; expected one")
-        # A misspelt key is reported rather than the one that is missing because of it.
-        for name in raw:
-            if name not in kinds:
-                raise WrongValueError(f"unknown key{did_you_mean(name, kinds)}", (name,))
-        for name in required:
-            if name not in raw:
-                raise WrongValueError("this key is missing", (name,))
+        check_keys(raw, kinds, required)
         return {name: read_at(name, kinds[name], value) for name, value in raw.items()}
 
     properties = {}

@@ -27,6 +27,7 @@ from symkin.planning.selection import Criterion, Design, SelectionMethod
 from symkin.storage.toml_file import (
     Kind,
     WrongValueError,
+    boolean,
     choice,
     dotted,
     list_of,
@@ -118,15 +119,6 @@ def _pose_count() -> Kind:
     return Kind(read, {"type": ["integer", "string"]})
 
 
-def _flag() -> Kind:
-    def read(raw: Any) -> bool:
-        if not isinstance(raw, bool):
-            raise WrongValueError(f"is {raw!r}; expected true or false")
-        return raw
-
-    return Kind(read, {"type": "boolean"})
-
-
 def _mechanism() -> Kind:
     def read(raw: Any) -> str | Mechanism:
         if isinstance(raw, Mechanism):
@@ -163,7 +155,7 @@ _FACTORS: dict[str, Kind] = {
     "rows": _words(RowKind),
     "criteria": _words(Criterion),
     "methods": _words(SelectionMethod),
-    "use_symmetry": _several(_flag()),
+    "use_symmetry": _several(boolean()),
     "margin_sigmas": _several(quantity("1", "not negative")),
     "pose_counts": _several(_pose_count()),
     "noise_levels": _several(quantity("1", "positive")),
