@@ -17,6 +17,7 @@ from symkin.cli.console import Telling, print_result, progress, write_result
 from symkin.cli.options import (
     ColumnsOption,
     accuracies_of,
+    argument,
     columns_of,
     command,
     folder_of,
@@ -45,11 +46,7 @@ def evaluate(
     *,
     model: Annotated[
         str,
-        typer.Argument(
-            metavar="MODEL",
-            help="The mechanism file that a controller would use, or a shipped name.",
-            show_default=False,
-        ),
+        argument("MODEL", "The mechanism file that a controller would use, or a shipped name."),
     ],
     actual: Annotated[
         str | None, option("FILE", "The simulated robot, of `symkin simulate`.")
@@ -152,19 +149,11 @@ def accept(
     *,
     calibrated: Annotated[
         str,
-        typer.Argument(
-            metavar="CALIBRATED",
-            help="The folder that `symkin identify` wrote, or its calibrated.toml.",
-            show_default=False,
-        ),
+        argument("CALIBRATED", "The folder that `symkin identify` wrote, or its calibrated.toml."),
     ],
     table: Annotated[
         Path,
-        typer.Argument(
-            metavar="TABLE",
-            help="Measurements that the calibration has not seen.",
-            show_default=False,
-        ),
+        argument("TABLE", "Measurements that the calibration has not seen."),
     ],
     tolerance: Annotated[
         list[str] | None,
@@ -260,11 +249,11 @@ def compare(
     *,
     first: Annotated[
         Path,
-        typer.Argument(metavar="FIRST", help="The folder of a calibration.", show_default=False),
+        argument("FIRST", "The folder of a calibration."),
     ],
     second: Annotated[
         Path,
-        typer.Argument(metavar="SECOND", help="That of another.", show_default=False),
+        argument("SECOND", "That of another."),
     ],
     out: Annotated[Path | None, folder_of("comparison.json and comparison.html")] = None,
     overwrite: bool = False,

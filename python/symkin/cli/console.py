@@ -49,11 +49,9 @@ class Telling:
     report: Annotated[bool, typer.Option("--report/--no-report", help=OPTIONS["report"].help)] = (
         True
     )
-    all_figures: Annotated[
-        bool, typer.Option("--all-figures", help=OPTIONS["all_figures"].help)
-    ] = False
+    all_figures: bool = False
     as_json: JsonOption = False
-    units: Annotated[str, typer.Option("--units", metavar="UNITS", help=OPTIONS["units"].help)] = ""
+    units: str = ""
 
     def of_files(self, names: Sequence[str]) -> list[str]:
         """Of these files, those that are written."""

@@ -28,6 +28,7 @@ from symkin.cli.options import (
     Measured,
     MechanismArgument,
     Unknown,
+    argument,
     columns_of,
     command,
     folder_of,
@@ -62,9 +63,9 @@ def identify(
     mechanism: MechanismArgument,
     measurements: Annotated[
         list[Path],
-        typer.Argument(
-            metavar="MEASUREMENTS...",
-            help="Measured poses and readings, CSV or Parquet; several files are one session each.",
+        argument(
+            "MEASUREMENTS...",
+            "Measured poses and readings, CSV or Parquet; several files are one session each.",
         ),
     ],
     columns: ColumnsOption = None,
@@ -215,9 +216,9 @@ def identify_batch(
     mechanism: MechanismArgument,
     files: Annotated[
         list[Path],
-        typer.Argument(
-            metavar="FILES...",
-            help='Measurements, CSV or Parquet: a file a robot, or tables with a column "robot".',
+        argument(
+            "FILES...",
+            'Measurements, CSV or Parquet: a file a robot, or tables with a column "robot".',
         ),
     ],
     columns: ColumnsOption = None,
@@ -299,7 +300,7 @@ def align(
     *,
     table: Annotated[
         Path,
-        typer.Argument(metavar="TABLE", help="Poses of the device and of the robot, row by row."),
+        argument("TABLE", "Poses of the device and of the robot, row by row."),
     ],
     mechanism: Annotated[
         str | None,

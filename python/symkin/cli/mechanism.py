@@ -27,6 +27,7 @@ from symkin.cli.console import (
 from symkin.cli.options import (
     MechanismArgument,
     angles_of,
+    argument,
     command,
     folder_of,
     option,
@@ -254,9 +255,7 @@ def kinematics(
     mechanism: MechanismArgument,
     table: Annotated[
         Path,
-        typer.Argument(
-            metavar="FILE", help="Poses (x_m, y_m, phi_rad, ...), or readings (psi_1_rad, ...)."
-        ),
+        argument("FILE", "Poses (x_m, y_m, phi_rad, ...), or readings (psi_1_rad, ...)."),
     ],
     forward: Annotated[
         bool,
@@ -381,18 +380,18 @@ def export(
 def import_(
     file: Annotated[
         Path,
-        typer.Argument(
-            metavar="FILE",
-            help="Klipper's printer.cfg of a delta, a model in MJCF, URDF or SDF, or a log: of "
+        argument(
+            "FILE",
+            "Klipper's printer.cfg of a delta, a model in MJCF, URDF or SDF, or a log: of "
             "Marlin, RepRapFirmware, Motive, Vicon, ROS, Maslow, JSON or Excel.",
         ),
     ],
     out: Annotated[Path, folder_of("mechanism.toml, and probed.csv or measurements.csv")],
     beside: Annotated[
         Path | None,
-        typer.Argument(
-            metavar="BESIDE",
-            help="Beside motion capture: what the encoders showed, with times. Beside a model: a "
+        argument(
+            "BESIDE",
+            "Beside motion capture: what the encoders showed, with times. Beside a model: a "
             "TOML file of its loops.",
         ),
     ] = None,

@@ -112,6 +112,11 @@ def option(metavar: str, help: str, like: str = "", **limits: Any) -> Any:  # no
     return typer.Option(metavar=metavar, help=help, rich_help_panel=group, **limits)
 
 
+def argument(metavar: str, help: str, **others: Any) -> Any:  # noqa: A002  # as typer
+    """What stands on a command line without a name."""
+    return typer.Argument(metavar=metavar, help=help, show_default=False, **others)
+
+
 def of(name: str, *flags: str) -> Any:
     """An option of the table: its help, what stands for a value, and its limits."""
     known = OPTIONS[name]
@@ -143,11 +148,10 @@ def _shipped(incomplete: str) -> list[str]:
 
 MechanismArgument = Annotated[
     str,
-    typer.Argument(
-        metavar="MECHANISM",
-        help="A mechanism file, or the name of a shipped one (see `symkin list`).",
+    argument(
+        "MECHANISM",
+        "A mechanism file, or the name of a shipped one (see `symkin list`).",
         autocompletion=_shipped,
-        show_default=False,
     ),
 ]
 ColumnsOption = Annotated[

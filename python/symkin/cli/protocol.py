@@ -35,6 +35,7 @@ from symkin.cli.options import (
     Observing,
     Unknown,
     accuracies_of,
+    argument,
     changes_of,
     columns_of,
     command,
@@ -384,11 +385,10 @@ def study(
     *,
     name: Annotated[
         str | None,
-        typer.Argument(
-            metavar="[NAME|FILE]",
-            help="A study file, or a built-in study: protocols, cost, symmetry, or paper.",
+        argument(
+            "[NAME|FILE]",
+            "A study file, or a built-in study: protocols, cost, symmetry, or paper.",
             autocompletion=_builtin,
-            show_default=False,
         ),
     ] = None,
     out: Annotated[

@@ -6,11 +6,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 import symkin
 from symkin.cli.console import Telling, print_result
-from symkin.cli.options import command, folder_of
+from symkin.cli.options import argument, command, folder_of
 from symkin.results import Result
 from symkin.storage.output_files import OutputFiles
 
@@ -22,11 +20,7 @@ def show(
     *,
     result: Annotated[
         Path,
-        typer.Argument(
-            metavar="RESULT",
-            help="A folder of --out, or the JSON file in it.",
-            show_default=False,
-        ),
+        argument("RESULT", "A folder of --out, or the JSON file in it."),
     ],
     out: Annotated[Path | None, folder_of("results.json and report.html")] = None,
     overwrite: bool = False,
