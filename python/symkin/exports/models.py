@@ -55,20 +55,26 @@ def structure_of(mechanism: Mechanism, poses: ArrayLike | None = None) -> Struct
     SymkinError
         For a chain that has no model, curved sensors, or a leg that does not reach home.
     """
-    if any(mechanism.leg_info(leg).declared for leg in range(len(mechanism.legs))):
-        return _declared_structure(mechanism, poses)
     written = LEGS if mechanism.space.moves else LEGS_ON_A_SPHERE
     known = (*written, _PINNED) if mechanism.space.moves else (*written,)
-    for number, chain in enumerate(mechanism.chains, 1):
+    declared = _has_declared(mechanism)
+    for number, chain in enumerate(() if declared else mechanism.chains, 1):
         if chain not in known:
             which = f" (leg {number})" if mechanism.mixed else ""
             raise MechanismError(
                 f'a model of bodies and joints is not written for chain "{chain}"{which}; expected '
                 f"one of {', '.join(known)}"
             )
-    _require_straight(mechanism)
+    if mechanism.curvature is not None:
+        raise MechanismError(
+            f'the sensors of "{mechanism.name}" are not straight lines; a model of bodies and '
+            "joints has straight ones alone"
+        )
     home = mechanism.home[None]
     rows = home if poses is None else np.vstack([home, pose_rows(poses)])
+    body, moves = _platform(mechanism.pose_space, rows)
+    if declared:
+        return declared_structure(mechanism, rows, body, moves)
     readings = mechanism.inverse_kinematics(rows)
     if np.isnan(readings[0]).any():
         raise SymkinError(f'home of "{mechanism.name}" is out of reach; a model is built there')
@@ -94,7 +100,6 @@ def structure_of(mechanism: Mechanism, poses: ArrayLike | None = None) -> Struct
         closures.append(Closure(f"{name}_end", links[-1].name, tip, point, other))
         values |= {f"{name}_active": travel, **passive}
         far = max(far, float(np.linalg.norm(links[0].position - platform.translation[0])))
-    body, moves = _platform(mechanism.pose_space, rows)
     values |= moves
     return Structure(
         (*bodies, body, *pins),
@@ -105,20 +110,8 @@ def structure_of(mechanism: Mechanism, poses: ArrayLike | None = None) -> Struct
     )
 
 
-def _require_straight(mechanism: Mechanism) -> None:
-    if mechanism.curvature is not None:
-        raise MechanismError(
-            f'the sensors of "{mechanism.name}" are not straight lines; a model of bodies and '
-            "joints has straight ones alone"
-        )
-
-
-def _declared_structure(mechanism: Mechanism, poses: ArrayLike | None) -> Structure:
-    _require_straight(mechanism)
-    home = mechanism.home[None]
-    rows = home if poses is None else np.vstack([home, pose_rows(poses)])
-    body, moves = _platform(mechanism.pose_space, rows)
-    return declared_structure(mechanism, rows, body, moves)
+def _has_declared(mechanism: Mechanism) -> bool:
+    return any(mechanism.leg_info(leg).declared for leg in range(len(mechanism.legs)))
 
 
 def _platform(space: str, rows: Array) -> tuple[Body, dict[str, Array]]:
@@ -607,7 +600,7 @@ def _about(mechanism: Mechanism, structure: Structure) -> list[str]:
         "home": workspace_coordinates(mechanism, mechanism.home)[0].tolist(),
         "readings": mechanism.inverse_kinematics(mechanism.home)[0, mechanism.is_read].tolist(),
     }
-    if any(mechanism.leg_info(leg).declared for leg in range(len(mechanism.legs))):
+    if _has_declared(mechanism):
         known |= _of_declared(mechanism, structure)
     return [
         f'"{name}", written by symkin. Lengths are m, angles rad. Geometry is the mechanism '

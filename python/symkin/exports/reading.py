@@ -10,7 +10,6 @@ klippy/extras/delta_calibrate.py.
 from __future__ import annotations
 
 import configparser
-import json
 import math
 import os
 import re
@@ -24,7 +23,6 @@ import numpy as np
 from symkin.analysis.probing import CALIPER
 from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError
-from symkin.exports.common import MARK
 from symkin.exports.declared_reading import mechanism_of_scene
 from symkin.exports.firmware import TOWERS, LinearDelta
 from symkin.exports.printers import (
@@ -133,21 +131,14 @@ def import_mechanism(
         raise SymkinError(f"{path}: is not as symkin writes such a model: {error!r}") from error
 
 
-def _is_known(said: re.Match[str] | None, root: ET.Element) -> bool:
-    """Whether a model is of known chains, as symkin writes it."""
-    if said is None or root.tag == "sdf":
-        return False
-    return "joints" not in json.loads(said[1])
-
-
 def _model(path: Path, text: str, loops: Path | None, body: str) -> Imported:
-    said = re.search(rf"<!-- {MARK} (\{{.*?\}}) -->", text)
     root = ET.fromstring(text)
     scene = read_scene(root, path, text, loops)
-    if not _is_known(said, root):
+    known = scene.known
+    if "chain" not in known or "joints" in known or root.tag == "sdf":  # of no known chains
         mechanism, notes = mechanism_of_scene(scene, body)
         return Imported(mechanism, None, notes)
-    known, tree = scene.known, _tree_of(scene)
+    tree = _tree_of(scene)
     chains, platform = known["chain"], known["platform"]
     if platform == "spherical":
         raise SymkinError("has a spherical platform; such models are written, but not read back")
@@ -309,16 +300,7 @@ _FULL_STEPS = 200.0
 
 
 def _printer(path: Path) -> Imported:
-    """Read a linear delta from Klipper's printer.cfg, with ``kinematics: delta``.
-
-    What SAVE_CONFIG has written at its end counts, as in Klipper.
-
-    Raises
-    ------
-    SymkinError
-        With the file, section and option at fault: another kinematics, a number that is missing or
-        is none, a probe record that cannot be read.
-    """
+    """Read a delta from Klipper's printer.cfg; what SAVE_CONFIG has written at its end counts."""
     config = _Config(path)
     kinematics = config.text("printer", "kinematics")
     if kinematics == "rotary_delta":

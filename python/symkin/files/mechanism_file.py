@@ -90,29 +90,7 @@ def read_mechanism(
     *,
     require_symmetry: bool = True,
 ) -> Mechanism:
-    """Read a mechanism from a TOML file, or one of the shipped mechanisms by name.
-
-    Parameters
-    ----------
-    path_or_name : str or path
-        A file, or a name such as ``"3RRR"``; `shipped_mechanisms` lists them.
-    kind : type
-        The class of what is returned, `Mechanism` or one derived from it.
-    require_symmetry : bool
-        Whether legs that do not have the symmetry declared beside them are an error. Without,
-        `check_mechanism` tells what breaks it.
-
-    Returns
-    -------
-    Mechanism
-        In SI units, with the settings of the file; its `source` is the file.
-
-    Raises
-    ------
-    MechanismFileError
-        With the file, the line and the key at fault, the expectation, and for a misspelt key the
-        nearest valid one.
-    """
+    """Return what `symkin.load_mechanism` does, as a mechanism of a kind."""
     source = with_declared_chains(read_toml(_located(path_or_name)))
     header = read_table(source, HEADER)
     stated: ReadingUnit | None = header.get("reading_unit")
