@@ -261,10 +261,7 @@ class Evaluation(Result):
         space = self.space
         components = space.components
         wanted = transforms(space.name, self.poses[rows])
-        steps = np.zeros((len(rows), 6))
-        steps[:, components] = self.differences[rows]
-        turned = rotations_from_vectors(steps[:, 3:]) @ wanted.rotation
-        taken = Transform(turned, wanted.translation + steps[:, :3])
+        taken = _taken(wanted, self.differences[rows], space)
         some = slice(None, None, -(-len(rows) // _ALIGNED_POSES) or 1)
         frames = align(
             Transform(taken.rotation[some], taken.translation[some]),
@@ -450,12 +447,19 @@ def at_arm(differences: Array, poses: Array, arm: Array, space: PoseSpace) -> tu
     `arm` is that place in the platform's frame, m, shape (3,).
     """
     wanted = transforms(space.name, poses)
-    steps = np.zeros((len(poses), 6))
+    turns = (_taken(wanted, differences, space).rotation - wanted.rotation) @ arm
+    there = wanted @ Transform(np.eye(3), arm)
+    moved_by = differences.copy()
+    moved_by[:, : space.size] += turns[:, : space.size]
+    return moved_by, poses_of(space.name, there)
+
+
+def _taken(wanted: Transform, differences: Array, space: PoseSpace) -> Transform:
+    """Poses that differ so from those wanted."""
+    steps = np.zeros((len(differences), 6))
     steps[:, space.components] = differences
     turned = rotations_from_vectors(steps[:, 3:]) @ wanted.rotation
-    steps[:, :3] += (turned - wanted.rotation) @ arm
-    there = wanted @ Transform(np.eye(3), arm)
-    return steps[:, space.components], poses_of(space.name, there)
+    return Transform(turned, wanted.translation + steps[:, :3])
 
 
 def _instrument(

@@ -46,7 +46,7 @@ from symkin.options import (
 from symkin.planning import Region
 from symkin.present import with_figures
 from symkin.show.units import in_units
-from symkin.storage.quantities import evaluate_quantity, unit_factor
+from symkin.storage.quantities import evaluate_quantity, is_unit
 from symkin.values import record
 
 Command = Callable[..., None]
@@ -460,12 +460,9 @@ def accuracies_of(
 def _unit_of(text: str, flag: str) -> str:
     """The SI unit, m or rad, of a text that must have one: 0.05 alone could be mm or m."""
     name = text.strip().lstrip("+-.0123456789eE").strip()
-    for unit in ("m", "rad") if name else ():
-        try:
-            unit_factor(name, unit)
-        except QuantityError:
-            continue
-        return unit
+    for unit in ("m", "rad"):
+        if is_unit(name, unit):
+            return unit
     raise typer.BadParameter(
         f'"{text}" is no length or angle with a unit; expected such as 0.05mm, 50um or 0.1mrad',
         param_hint=flag,

@@ -7,9 +7,8 @@ import json
 import re
 from collections.abc import Iterator, Sequence
 
-from symkin.errors import QuantityError
 from symkin.model.mechanism import Mechanism
-from symkin.storage.quantities import COUNTS, unit_factor
+from symkin.storage.quantities import COUNTS, is_unit
 from symkin.storage.tables import Table
 from symkin.values import record
 
@@ -40,7 +39,7 @@ class _Column:
             written = found[2].replace("°", "deg")
             if written.isupper():
                 written = written.lower()
-            if any(_is_unit(written, si_unit) for si_unit in ("m", "rad")):
+            if any(is_unit(written, si_unit) for si_unit in ("m", "rad")):
                 stem, unit = found[1], written
             elif written in _COUNTS:
                 stem = found[1]
@@ -89,7 +88,7 @@ def mapping_for(table: Table, mechanism: Mechanism) -> str:
         parts.append(f"{key} = " + (names[0] if key == "angle" else f"[{', '.join(names)}]"))
         if key in units:
             unit = found[0].unit
-            if len({each.unit for each in found}) > 1 or (unit and not _is_unit(unit, units[key])):
+            if len({each.unit for each in found}) > 1 or (unit and not is_unit(unit, units[key])):
                 return ""
             parts.append(f'{_UNIT_KEYS[key]} = "{unit or UNIT}"')
     if further:
@@ -102,7 +101,7 @@ def _attitude(columns: Sequence[_Column]) -> str:
     named = {name: [each for each in columns if each.last == name] for name in _ATTITUDE}
     names = []
     for name, found in named.items():
-        if len(found) != 1 or (found[0].unit and not _is_unit(found[0].unit, "rad")):
+        if len(found) != 1 or (found[0].unit and not is_unit(found[0].unit, "rad")):
             return ""
         names.append(f"{name}_{found[0].unit or UNIT} = {_quoted(found[0])}")
     return f"names = {{ {', '.join(names)} }}"
@@ -110,16 +109,6 @@ def _attitude(columns: Sequence[_Column]) -> str:
 
 def _quoted(column: _Column) -> str:
     return json.dumps(column.name, ensure_ascii=False)
-
-
-def _is_unit(unit: str, si_unit: str) -> bool:
-    if not unit or not si_unit:
-        return False
-    try:
-        unit_factor(unit, si_unit)
-    except QuantityError:
-        return False
-    return True
 
 
 def _alike(columns: Sequence[_Column], last: Sequence[str], si_unit: str) -> list[_Column]:
@@ -130,7 +119,7 @@ def _alike(columns: Sequence[_Column], last: Sequence[str], si_unit: str) -> lis
         whole = all(name in own for name in last)
         if whole and ("w" in own) == ("w" in last):
             found.append([own[name] for name in last])
-    fitting = [each for each in found if each[0].unit == "" or _is_unit(each[0].unit, si_unit)]
+    fitting = [each for each in found if each[0].unit == "" or is_unit(each[0].unit, si_unit)]
     return fitting[0] if len(fitting) == 1 else []
 
 

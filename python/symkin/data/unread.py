@@ -7,10 +7,9 @@ import re
 from collections.abc import Iterator, Sequence
 
 from symkin.data.columns import has_observed_columns, is_present
-from symkin.errors import QuantityError
 from symkin.model.poses import POSE_SPACES
 from symkin.model.settings import MeasurementColumns
-from symkin.storage.quantities import unit_factor
+from symkin.storage.quantities import is_unit
 from symkin.storage.tables import Table
 
 _Gap = tuple[str, str, str]  # what no column holds, its SI unit, and what the table calls it
@@ -86,7 +85,4 @@ def _plain(name: str) -> str:
 def _measures(name: str, unit: str) -> bool:
     """Whether a column's name ends in a unit of this kind."""
     stem, _, own = name.rpartition("_")
-    try:
-        return bool(stem) and unit_factor(own, unit) > 0
-    except QuantityError:
-        return False
+    return bool(stem) and is_unit(own, unit)

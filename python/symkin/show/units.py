@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextvars import ContextVar
 
 from symkin.errors import QuantityError
-from symkin.storage.quantities import unit_factor, unit_names
+from symkin.storage.quantities import is_unit, unit_factor, unit_names
 from symkin.storage.tables import WRITTEN_UNITS
 
 _SIGNS = {"deg": "\N{DEGREE SIGN}", "um": "\N{MICRO SIGN}m", "urad": "\N{MICRO SIGN}rad"}
@@ -26,22 +26,14 @@ def units_of(text: str) -> tuple[str, str]:
     """
     length, angle = _UNITS.get()
     given = re.split(r"[\s,]+", text.strip()) if text.strip() else []
-    lengths = [each for each in given if _is(each, "m")]
-    angles = [each for each in given if _is(each, "rad")]
+    named = [each for each in given if each in unit_names()]
+    lengths, angles = ([each for each in named if is_unit(each, si)] for si in ("m", "rad"))
     if len(lengths) > 1 or len(angles) > 1 or len(lengths) + len(angles) < len(given):
         raise QuantityError(
             f'units are "{text}"; expected one of lengths, one of angles or both, such as '
             f'"mm,mrad", of {", ".join(unit_names())}'
         )
     return (lengths or [length])[0], (angles or [angle])[0]
-
-
-def _is(unit: str, si_unit: str) -> bool:
-    """Whether it is a unit of that dimension."""
-    try:
-        return unit in unit_names() and unit_factor(unit, si_unit) > 0
-    except QuantityError:
-        return False
 
 
 @contextlib.contextmanager

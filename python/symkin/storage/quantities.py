@@ -94,6 +94,14 @@ def unit_factor(unit: str, si_unit: str) -> float:
     return 1.0 if unit == si_unit else evaluate_quantity(f"1 {unit}", si_unit)
 
 
+def is_unit(unit: str, si_unit: str) -> bool:
+    """Whether a text is a unit of that kind, or a step of such a size."""
+    try:
+        return bool(unit and si_unit) and unit_factor(unit, si_unit) > 0
+    except QuantityError:
+        return False
+
+
 def evaluate_quantity(value: object, si_unit: str, *, direction: bool = False) -> float:
     """Evaluate a number or an expression with units to a float in `si_unit`.
 

@@ -40,6 +40,7 @@ from symkin.show.figures.style import (
     sign,
 )
 from symkin.show.figures.workspaces import View, shown_of, views_of
+from symkin.show.observations import rms
 from symkin.show.theme import ACCENT, AFTER, BEFORE, INK, LINE, MANY, name_points
 from symkin.show.units import on_paper
 from symkin.show.wording import milli, quantity, small
@@ -147,7 +148,7 @@ def residuals(found: Estimate, *, figure: FigureBase | None = None) -> FigureBas
     """
     left = [_left(found, leg) for leg in range(len(found.nominal.legs))]
     titles = [
-        f"leg {leg}: rms {milli(_rms(own.values), own.unit)}" for leg, own in enumerate(left, 1)
+        f"leg {leg}: rms {milli(rms(own.values), own.unit)}" for leg, own in enumerate(left, 1)
     ]
     figure, panels = _panels(titles, left[0], figure)
     for leg, (own, axes) in enumerate(zip(left, panels, strict=True)):
@@ -568,7 +569,7 @@ def _draw_histogram(axes: Axes, before: Array, after: Array, expected: float | N
         style: dict[str, Any] = {"histtype": "stepfilled", "color": colour, "alpha": 0.75}
         axes.hist(sizes, bins=bins, weights=weights, **style)
         if len(sizes):
-            axes.axvline(_rms(sizes), color=colour, linewidth=1.6, linestyle="--")
+            axes.axvline(rms(sizes), color=colour, linewidth=1.6, linestyle="--")
     if expected:
         axes.axvline(expected, color=INK, linewidth=1.4, linestyle=":")
     axes.set_xscale("log")
@@ -638,8 +639,4 @@ def _draw_errors(axes: Axes, poses: Array, sizes: Array, view: View) -> Any:
         style: dict[str, Any] = {"cmap": COLOUR_MAP, "s": 18, "linewidths": 0}
         return axes.scatter(x, y, c=sizes, rasterized=len(poses) > 200, **style)
     style = {"gridsize": 26, "cmap": COLOUR_MAP, "linewidths": 0.2, "rasterized": True}
-    return axes.hexbin(x, y, C=sizes, reduce_C_function=_rms, **style)
-
-
-def _rms(values: Any) -> float:
-    return float(np.sqrt(np.mean(np.square(values))))
+    return axes.hexbin(x, y, C=sizes, reduce_C_function=lambda own: rms(np.asarray(own)), **style)
