@@ -319,11 +319,6 @@ def scaled_column(
 
     Without a `unit`, the name has none either, and any unit may stand behind it. Where empty cells
     are allowed they are NaN.
-
-    Raises
-    ------
-    MeasurementError
-        Naming the column, and the row of a cell that it may not have.
     """
     column, unit = _column_and_unit(table, name, unit, si_unit, purpose)
     try:

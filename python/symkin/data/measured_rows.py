@@ -643,13 +643,7 @@ def _first_row(values: Array | None) -> int | None:
 
 
 def make_arrays(table: Value, **fields: tuple[int, str]) -> None:
-    """Make arrays of a frozen table's fields, each of so many dimensions and such a type.
-
-    Raises
-    ------
-    MeasurementError
-        Naming the field, its shape or type and what is expected.
-    """
+    """Make arrays of a frozen table's fields, each of so many dimensions and such a type."""
     for name, (dimensions, kind) in fields.items():
         array = np.asarray(getattr(table, name), dtype=None if kind == "int" else kind)
         if array.ndim != dimensions:

@@ -43,11 +43,6 @@ def refuse_what_is_missed(
 
     Such a column has its name but for case and signs between letters, or a unit of its kind. The
     columns are those of symkin's own names: who maps columns has said which he means.
-
-    Raises
-    ------
-    MeasurementError
-        Naming the column and what it may hold.
     """
     gaps = list(_gaps(table, columns, pose_space, reading_unit))
     for name in unread:

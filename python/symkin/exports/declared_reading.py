@@ -101,13 +101,7 @@ class _Draft:
 
 
 def mechanism_of_scene(scene: Scene, body: str = "") -> tuple[Mechanism, tuple[str, ...]]:
-    """Return a mechanism with declared legs, and what was assumed.
-
-    Raises
-    ------
-    SymkinError
-        Naming what of the model is no leg that can be declared.
-    """
+    """Return a mechanism with declared legs, and what was assumed."""
     reader = _Reader(scene, body or _PLATFORM)
     drafts = reader.drafts()
     platform = _PLATFORMS.get(reader.space.name, reader.space.name)

@@ -29,13 +29,7 @@ _X, _Y, _Z = np.eye(3)
 
 
 def read_scene(root: ET.Element, path: Path, text: str, loops: Path | None) -> Scene:
-    """Read a model of a file.
-
-    Raises
-    ------
-    SymkinError
-        Naming what is not understood.
-    """
+    """Read a model of a file."""
     said = re.search(rf"<!-- {MARK} (\{{.*?\}}) -->", text)
     known: dict[str, Any] = json.loads(said[1]) if said else {}
     readers = {"mujoco": _mjcf, "robot": _urdf, "sdf": _sdf}

@@ -37,13 +37,7 @@ _TURN = {"azimuth": "0 rad", "roll": "0 rad", "pitch": "0 rad", "yaw": "0 rad"}
 
 
 def written_out(source: TomlSource) -> TomlSource:
-    """Return a file with such forms written out, as far as they concern the legs.
-
-    Raises
-    ------
-    MechanismFileError
-        With the line and the key of what is wrong in them.
-    """
+    """Return a file with such forms written out, as far as they concern the legs."""
     values = dict(source.values)
     try:
         if "chains" not in values and _several_readings(values.get("chain")):
@@ -66,11 +60,6 @@ def home_values(given: Mapping[str, Any], space: PoseSpace, free: Sequence[str])
     """A home that is written as ``{ position = [...], phi = ... }`` as a list of coordinates.
 
     Angles that are left out are zero.
-
-    Raises
-    ------
-    WrongValueError
-        Naming the key of it.
     """
     check_keys(given, ("position", *space.rotation), (), "home")
     place = given.get("position", [])
@@ -84,13 +73,7 @@ def home_values(given: Mapping[str, Any], space: PoseSpace, free: Sequence[str])
 
 
 def box_of(workspace: _Values, space: PoseSpace, free: Sequence[str] | None) -> _Values:
-    """A workspace whose ``home`` may be a table, and whose turns a ``tilt`` may limit.
-
-    Raises
-    ------
-    WrongValueError
-        Naming the key in it.
-    """
+    """A workspace whose ``home`` may be a table, and whose turns a ``tilt`` may limit."""
     made = dict(workspace)
     home = made.get("home")
     if isinstance(home, dict):

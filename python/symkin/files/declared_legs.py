@@ -62,13 +62,7 @@ _CLOSES = {
 
 
 def with_declared_chains(source: TomlSource) -> TomlSource:
-    """Return a file with the chains that it declares by their names, and legs with all parameters.
-
-    Raises
-    ------
-    MechanismFileError
-        With the line and the key of what cannot be a leg.
-    """
+    """Return a file with the chains that it declares by name, and legs with all parameters."""
     source = written_out(source)
     tables = source.values.get("chains")
     if tables is None:

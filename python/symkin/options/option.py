@@ -61,13 +61,7 @@ class Option:
         return get_args(kind) if get_origin(kind) is Literal else ()
 
     def check(self, value: object) -> None:
-        """Refuse a value that it cannot have.
-
-        Raises
-        ------
-        SymkinError
-            In one sentence, with the value and what is expected.
-        """
+        """Refuse a value that it cannot have."""
         if value is None and self.default is None:
             return
         if self.kind is dict and not isinstance(value, str | Mapping):

@@ -272,13 +272,7 @@ def select_poses(
 
 
 def array_of(name: str, given: ArrayLike, *dimensions: int) -> Array:
-    """Return an array of numbers of so many dimensions.
-
-    Raises
-    ------
-    SymkinError
-        Naming it, what it is, and what is expected.
-    """
+    """Return an array of numbers of so many dimensions."""
     values = np.ascontiguousarray(given, dtype=np.float64)
     if np.ndim(given) not in dimensions:
         expected = " or ".join(map(str, dimensions))

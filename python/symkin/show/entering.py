@@ -50,13 +50,7 @@ def entries_of(columns: Sequence[str]) -> list[Entry]:
 
 
 def obeyed(session: Session, line: str) -> str:
-    """Do what a line says, a key or a row, and return what is to be told of it.
-
-    Raises
-    ------
-    SymkinError
-        For a line that says nothing that can be done; the session is as before.
-    """
+    """Do what a line says, a key or a row, and return what is to be told of it."""
     key = line.strip().lower()
     if key == "s":
         session.skip()

@@ -33,11 +33,6 @@ def encoded(value: Any) -> Any:
 
     Of a dataclass what it is made of: its `arguments`, or else its fields, less those that are
     private and not compared.
-
-    Raises
-    ------
-    ResultsError
-        For what has no such form.
     """
     return _Encoder().of(value, "")
 
@@ -88,21 +83,9 @@ class _Encoder:
 
 
 def decoded(kind: Any, document: Any, classes: Mapping[type, type] | None = None) -> Any:
-    """Return what was encoded.
+    """Return what was encoded of a kind, a type or an annotation; refuse anything else.
 
-    Parameters
-    ----------
-    kind : type or annotation
-        What it was.
-    document : Any
-        Its JSON form.
-    classes : mapping of type to type, optional
-        What is made instead of a class.
-
-    Raises
-    ------
-    ResultsError
-        For anything else than an encoded `kind`.
+    `classes` says what is made instead of a class.
     """
     try:
         return _Decoder(classes or {}).of(kind, document, "")

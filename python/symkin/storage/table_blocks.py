@@ -41,11 +41,6 @@ def table_blocks(path: Path, together: str, step: str = "") -> Iterator[Table]:
 
     So rows that have the same in the column `together`, and follow each other, are in one part. A
     table without the column, or in UTF-16, is one part; so are short ones.
-
-    Raises
-    ------
-    MeasurementError
-        As `read_table`, where it comes to what is wrong.
     """
     name = str(path)
 

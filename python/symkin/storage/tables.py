@@ -121,13 +121,7 @@ class Table:
             )
 
     def renamed(self, names: Mapping[str, str]) -> Table:
-        """Return these columns alone, under other names: the new one is the key.
-
-        Raises
-        ------
-        MeasurementError
-            If there is no such column.
-        """
+        """Return these columns alone, under other names: the new one is the key."""
         for name, column in names.items():
             self.require(column, name)
         columns = [(name, self._columns[column]) for name, column in names.items()]

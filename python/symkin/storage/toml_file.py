@@ -400,13 +400,7 @@ def read_at(key: str | int, kind: Kind, raw: Any) -> Any:
 
 
 def read_table(source: TomlSource, kind: Kind, keys: KeyPath = ()) -> dict[str, Any]:
-    """Read the table below `keys` of a file.
-
-    Raises
-    ------
-    TomlFileError
-        At the first wrong key.
-    """
+    """Read the table below `keys` of a file."""
     values: Any = source.values
     for key in keys:
         values = values[key]
