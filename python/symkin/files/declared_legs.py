@@ -325,11 +325,11 @@ def _aim(builder: LegBuilder, pose_space: str, home_pose: list[float]) -> None:
     for kind, index in builder.left_steps:
         if kind == "joint":
             break
-        left = left @ transform_matrix(builder.values[index], turned=False)
+        left = left @ transform_matrix(builder.values[index])
     right = np.eye(4)
     for kind, index in builder.right_steps:
         if kind == "transform":
-            right = right @ transform_matrix(builder.values[index], turned=False)
+            right = right @ transform_matrix(builder.values[index])
     start, end = left[:3, 3], rotation @ right[:3, 3] + position
     along = (end - start) / np.linalg.norm(end - start)
     for index in builder.aimed:

@@ -70,19 +70,11 @@ def rotation_of(axis: str, angle: float) -> Array:
     return matrix
 
 
-def transform_matrix(values: Mapping[str, float], *, turned: bool = True) -> Array:
-    """A transform as drawn, 4 x 4; without roll, pitch and yaw unless `turned`."""
+def transform_matrix(values: Mapping[str, float]) -> Array:
+    """A transform as drawn, 4 x 4, without roll, pitch and yaw."""
     matrix = np.eye(4)
-    first = rotation_of("z", values["azimuth"])
-    matrix[:3, 3] = first @ [values["x"], values["y"], values["z"]]
-    matrix[:3, :3] = first
-    if turned:
-        matrix[:3, :3] = (
-            first
-            @ rotation_of("z", values["yaw"])
-            @ rotation_of("y", values["pitch"])
-            @ rotation_of("x", values["roll"])
-        )
+    matrix[:3, :3] = rotation_of("z", values["azimuth"])
+    matrix[:3, 3] = matrix[:3, :3] @ [values["x"], values["y"], values["z"]]
     return matrix
 
 

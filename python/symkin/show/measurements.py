@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +18,6 @@ from symkin.present import Group, Headline, Image, Page, Section, Table, page_of
 from symkin.show.images import plotted
 from symkin.show.units import on_paper
 from symkin.show.wording import NONE, count, decimals_of, fixed, milli, plural, significant
-from symkin.values import Array
 
 _NAMES = ("x", "y", "z", "rx", "ry", "rz")
 
@@ -88,14 +86,14 @@ def _whole(measurements: Measurements) -> NDArray[np.bool_]:
     return np.asarray(np.isfinite(measurements.poses).all(axis=1))
 
 
-def _poses_image(measurements: Measurements, sets: Sequence[Array] = ()) -> Image:
-    """The poses measured in full, and those of each leg's set."""
+def _poses_image(measurements: Measurements) -> Image:
+    """The poses measured in full."""
     whole = _whole(measurements)
     return Image(
         "poses",
         "Scatter plots of the measured poses.",
         "The measured poses." if whole.all() else "The poses measured in full.",
-        plotted("poses", measurements.poses[whole], sets, pose_space=measurements.pose_space),
+        plotted("poses", measurements.poses[whole], pose_space=measurements.pose_space),
     )
 
 
