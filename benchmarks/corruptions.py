@@ -153,6 +153,21 @@ def sagging(robot: symkin.Mechanism, values: Any, _: object) -> Any:
     return values
 
 
+def stretched(_: object, values: Any, __: object) -> Any:
+    """As pixels do that are not square."""
+    values[:, 0] += 0.01 * (values[:, 0] - values[:, 0].mean())
+    return values
+
+
+def bent(robot: symkin.Mechanism, values: Any, _: object) -> Any:
+    """Outwards with the cube of the distance from the middle, 1% at the outermost pose."""
+    places = values[:, : robot.space.size]
+    away = places - places.mean(axis=0)
+    squares = np.square(away).sum(axis=1, keepdims=True)
+    values[:, : robot.space.size] += 0.01 * away * squares / squares.max()
+    return values
+
+
 def loose(robot: symkin.Mechanism, values: Any, random: np.random.Generator) -> Any:
     """A joint of the first leg that plays by 0.3 mm to either side."""
     length = robot.characteristic_length if robot.reading_unit == "rad" else 1.0
@@ -318,6 +333,7 @@ def as_measured(_: symkin.Mechanism, taken: Table, __: np.random.Generator) -> T
 
 
 FRAME = ("frame-not-as-drawn", "moved-together")
+DISTORTED = "device-distorted"
 CONVENTION = ("convention-of-poses",)
 # Those of the table: an edit puts them right.
 EDITS: Mapping[str, Corruption] = {
@@ -373,8 +389,10 @@ CORRUPTIONS: Mapping[str, Corruption] = {
     "a leg read twice as far": Corruption(first(lambda r: 2 * r), ("gain",)),
     "the target 20 mm off": Corruption(target_off(0.02), FRAME),
     "the target 0.5 mm off": Corruption(target_off(5e-4), FRAME, assumed="target"),
-    "device scale 2000 ppm": Corruption(scaled(2e-3), FRAME, assumed="scale"),
-    "device scale 200 ppm": Corruption(scaled(2e-4), FRAME, assumed="scale"),
+    "device scale 2000 ppm": Corruption(scaled(2e-3), (*FRAME, DISTORTED), assumed="scale"),
+    "device scale 200 ppm": Corruption(scaled(2e-4), (*FRAME, DISTORTED), assumed="scale"),
+    "device 1% longer along x": Corruption(poses(stretched), (DISTORTED,), translating),
+    "device bent as by a lens, 1%": Corruption(poses(bent), (DISTORTED,), translating),
     "backlash 0.5 mm": Corruption(backlash(5e-4), ("has-backlash",)),
     "backlash 0.1 mm": Corruption(backlash(1e-4), ("has-backlash",), assumed="backlash"),
     # On average over the rows a longer metre.

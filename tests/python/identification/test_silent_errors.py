@@ -752,6 +752,72 @@ def test_a_sag_that_parameters_take_up_is_told_and_not_what_they_became(estimato
     assert {each.code for each in far} == {"far-from-drawing", "parameters-far"}
 
 
+def distorted(poses, size, strain=None, lens=0.0):
+    """As a device measures positions that is not square, or bends lines outwards."""
+    away = poses[:, :size] - poses[:, :size].mean(axis=0)
+    squares = np.square(away).sum(axis=1, keepdims=True)
+    changed = np.array(poses)
+    changed[:, :size] += lens * away * squares / squares.max()
+    if strain is not None:
+        changed[:, :size] += away @ np.array(strain).T
+    return changed
+
+
+@pytest.mark.parametrize("options", [{}, {"frames": ["base"]}, {"prior": "tolerances"}])
+@pytest.mark.parametrize(
+    ("name", "how", "words"),
+    [
+        ("5bar", {"strain": [[0.01, 0], [0, 0]]}, "longer along x than along y by 1 %"),
+        ("5bar", {"strain": [[0, 0.006], [0, 0]]}, "x and y from square by 6"),
+        ("5bar", {"lens": 0.01}, "as by a lens"),
+        ("linear_delta", {"lens": 0.01}, "as by a lens"),
+    ],
+)
+def test_a_device_that_is_distorted_is_told_and_not_what_sensors_would_do(
+    name, how, words, options
+):
+    robot = symkin.load_mechanism(name)
+    taken = at_random(robot, 1).for_all_legs()
+    assert symkin.identify(robot, taken, **options).trustworthy
+    poses = distorted(taken.poses, robot.space.size, **how)
+    (told,) = symkin.identify(robot, replace(taken, poses=poses), **options).doubts
+    assert told.code == "device-distorted"
+    assert words in told.figures["terms"]
+
+
+def test_a_scale_of_the_device_is_told_where_tolerances_say_how_long_links_are():
+    robot = symkin.load_mechanism("5bar")
+    taken = at_random(robot, 1).for_all_legs()
+    poses = 1.02 * taken.poses
+    (told,) = symkin.identify(robot, replace(taken, poses=poses), frames=["base"]).doubts
+    assert told.code == "device-distorted"
+    assert told.figures["terms"].startswith("too large by")
+
+
+def test_sensors_that_run_out_of_true_are_no_distorted_device():
+    robot = symkin.load_mechanism("5bar")
+    taken = at_random(robot, 1).for_all_legs()
+    readings = taken.readings + 3e-3 * np.sin(taken.readings + np.arange(len(robot.legs)))
+    doubts = symkin.identify(robot, replace(taken, readings=readings)).doubts
+    said = {each.code for told in doubts for each in (told, *told.others)}
+    assert "sensor-eccentric" in said
+    assert "device-distorted" not in said
+
+
+def test_turns_that_a_sensor_lost_are_told_with_the_table_that_has_them():
+    robot = symkin.load_mechanism("5bar")
+    taken = at_random(robot, 1).for_all_legs()
+    readings = np.array(taken.readings)
+    late = readings[:, 0] > np.median(readings[:, 0])
+    readings[late, 0] -= 2 * np.pi
+    found = symkin.identify(robot, replace(taken, readings=readings))
+    (told,) = found.doubts
+    assert (told.code, told.legs) == ("turns-lost", (0,))
+    lost = (found.corrected.readings - taken.readings) / (2 * np.pi)
+    assert np.allclose(lost[:, 1], 0)
+    assert np.allclose(lost[:, 0], lost[0, 0])
+
+
 def drawn_wrong(robot, number, times, legs=slice(None)):
     """The drawing with one number of some legs so many times as large; by 0.04 where it is 0."""
     parameters, place = robot.parameters.copy(), list(robot.parameter_names).index(number)

@@ -214,6 +214,11 @@ DOUBTS: Mapping[str, Code] = {
         "square of the distance from the middle: something bends or sags, or the measuring device "
         "is distorted{evidence}"
     ),
+    "device-distorted": Code(
+        "the measured positions are distorted, which explains all that noise does not: "
+        "{terms}{evidence}",
+        "calibrate the measuring device, or measure with another",
+    ),
     # What changed while it was measured.
     "drifts": Code(
         "{whose} drifts by {amount} from the first to the last row{evidence}",

@@ -8,6 +8,7 @@ for one of 2000, so that all of them together raise a doubt about fewer than 1 o
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Callable, Sequence
 from functools import cache, partial
 from typing import NamedTuple
@@ -25,6 +26,7 @@ from symkin.estimate.evidence.corrections import (
     hypotheses_of,
     likely_cause,
 )
+from symkin.estimate.evidence.distortion import distortion_that_explains
 from symkin.estimate.evidence.drawing import (
     hiding_noise,
     implausible_parameters,
@@ -47,10 +49,12 @@ from symkin.estimate.evidence.measured import (
     copies,
     signs_of_mistakes,
     taken_from,
+    with_lost_turns,
 )
 from symkin.estimate.evidence.models import Fitting, help_of, model_of
 from symkin.estimate.evidence.outliers import Outlier, doubts_of_rows, explain_all, outliers_of
 from symkin.estimate.evidence.residuals import (
+    BETTER,
     ResidualTest,
     diagnosed,
     doubts_of_residuals,
@@ -76,19 +80,22 @@ __all__ = ["Evidence", "Noticed", "judged", "noticed"]
 
 # Standard deviations: with residuals of this size something else is wrong than a term.
 _GROSS = 30
+_AS_LIKELY = math.exp(-BETTER / 2)  # of probabilities that may be taken for equal
 _SINGLE = 3  # rows with gross errors of their own
 _SENSORS = {"sensor-curved", "sensor-eccentric"}
+_DISTORTED = "device-distorted"
 # What no change of parameters explains, since all that they could was taken out.
 _SHAPES = {
     *_SENSORS,
     *CHANGES,
     *SESSIONS,
+    _DISTORTED,
     *("depends-on-pose", "sags", "neighbours-alike", "neighbours-opposite"),
     *("legs-together", "estimators-disagree", "rows-unlike"),
 }
 _FAR = {*SESSIONS, "clock-late"}  # by which rows may be as far apart as one likes
 # What a change while it was measured brings about, too.
-_OF_RESIDUALS = (_SHAPES - CHANGES - SESSIONS) | {
+_OF_RESIDUALS = (_SHAPES - CHANGES - SESSIONS - {_DISTORTED}) | {
     "residuals-large",
     "few-far-off",
     "readings-coarse",
@@ -202,6 +209,7 @@ def _noticed(
             symptoms += doubts_of_rows(found, outliers)
             symptoms += _doubts_of_the_model(found, tests, alternatives(), model)
             symptoms += [] if changes else doubts_of_sag(found, apart)
+        symptoms = _with_distortion(symptoms, distortion_that_explains(found))
         far_off = [*implausible_parameters(found), *strained_ties(found)]
         sags = _sags_within_tolerances(found, apart) if far_off and not symptoms else []
         symptoms += sags or far_off
@@ -212,6 +220,25 @@ def _noticed(
     # What can be asked for instead comes first: the rest may be due to that.
     symptoms.sort(key=lambda each: not each.options)
     return Noticed(tuple(size), tuple(symptoms), tests, outliers)
+
+
+def _with_distortion(symptoms: list[Doubt], distorted: Doubt | None) -> list[Doubt]:
+    """What is told if a distorted device would explain it all.
+
+    Changes, sensors, frames and a sag explain a part of that, as it does of what is due to them.
+    """
+    whole = whole_change(symptoms)
+    if distorted is None or (whole is not None and math.isnan(whole.p)):
+        return symptoms
+    rivals = [each for each in symptoms if each.options or each.code == "sags"]
+    rivals = [each for each in rivals if math.isfinite(each.p)]
+    best = min(rivals, key=lambda each: each.p, default=distorted)
+    if best.p < _AS_LIKELY * distorted.p:
+        return symptoms
+    alike = (best,) if best is not distorted and distorted.p >= _AS_LIKELY * best.p else ()
+    left_out = {*CHANGES, "sags"}
+    told = [each for each in symptoms if not each.options and each.code not in left_out]
+    return [dataclasses.replace(distorted, others=alike), *told]
 
 
 def _sags_within_tolerances(found: Found, apart: Sequence[int]) -> list[Doubt]:
@@ -307,8 +334,28 @@ def _shaped(
     return not other.converged or _has_shape(_tested(other, ()))
 
 
+def _with_lost_turns(found: Found, what: Noticed) -> Evidence | None:
+    """What there is to tell once the turns that readings lost are added, if that is sound."""
+    lost = [each for each in what.symptoms if each.code == "turns-lost"]
+    if not lost:
+        return None
+    table = with_lost_turns(taken_from(found), found.measurements)
+    try:
+        other = (by_leg if found.legs else together)(found.nominal, table, found.options)
+    except SymkinError:
+        return None
+    left = _tested(other, ())
+    if not other.converged or other.unexplained or _has_shape(left):
+        return None
+    rest = judged(other, left) if left.symptoms else Evidence((), (), complete=True)
+    doubts = (*lost, *rest.doubts, *what.lasting)
+    return rest._replace(doubts=doubts, corrected=rest.corrected or table)
+
+
 def _judged(estimate: Found, what: Noticed) -> Evidence:
     found, doubts = what.rest or estimate, (*what.lasting, *what.symptoms)
+    if what.rest is None and (mended := _with_lost_turns(found, what)) is not None:
+        return mended
     cause: Doubt | None = None
     tried: tuple[Hypothesis, ...] = ()
     corrected: Measurements | None = None

@@ -39,6 +39,7 @@ __all__ = [
     "taken_as_drawn",
     "taken_from",
     "turns_in_words",
+    "with_lost_turns",
     "with_modes",
 ]
 
@@ -163,28 +164,52 @@ def _out_of_reach(found: Found, taken: Taken) -> Iterator[Doubt]:
 
 def lost_turns(taken: Taken) -> Iterator[Doubt]:
     """Readings that are turns away from each other, or from where the model has them."""
-    # Counted from the nominal robot's home, lest both be half a turn from the sensor's zero.
-    roots = turned_home(taken.nominal, taken.calibrated.inverse_kinematics(taken.poses))
+    roots = _roots_from_home(taken)
     for leg in range(taken.readings.shape[1]):
-        turn = turn_of(taken.nominal, leg)
-        rows = taken.rows(leg)
-        readings = taken.readings[rows, leg]
+        turn, rows = turn_of(taken.nominal, leg), taken.rows(leg)
         if turn is None or len(rows) < 2:
             continue
-        by_model = roots[rows, leg] + shortest(readings - roots[rows, leg], turn)
-        away = np.round((readings - roots[rows, leg]) / turn)
+        away = np.round((taken.readings[rows, leg] - roots[rows, leg]) / turn)
         if away[0] and (away == away[0]).all():
             figures = {"turns": turns_in_words(away[0])}
             yield Doubt("turns-away", (leg,), size=float(away[0]), figures=figures)
-        for unbroken in (_continuous(readings, turn), by_model):
-            if not np.isfinite(unbroken).all():
-                continue
-            turns = np.round((readings - unbroken) / turn)
-            turns -= np.median(turns)
-            if turns.any() and _largest_gap(readings) > 1.5 * _largest_gap(unbroken):
-                numbers = _numbered(taken, rows[turns != 0])
-                yield Doubt("turns-lost", (leg,), numbers, figures={"total": len(rows)})
-                break
+        turns = _turns_lost(taken, roots, leg, turn)
+        if turns.any():
+            numbers = _numbered(taken, rows[turns != 0])
+            yield Doubt("turns-lost", (leg,), numbers, figures={"total": len(rows)})
+
+
+def with_lost_turns(taken: Taken, measured: Measurements) -> Measurements:
+    """The measurements with the turns added that `lost_turns` says are lost."""
+    readings, roots = measured.readings.copy(), _roots_from_home(taken)
+    for leg in range(readings.shape[1]):
+        turn, rows = turn_of(taken.nominal, leg), taken.rows(leg)
+        if turn is not None and len(rows) >= 2:
+            readings[rows, leg] -= turn * _turns_lost(taken, roots, leg, turn)
+    return replace(measured, readings=readings)
+
+
+def _roots_from_home(taken: Taken) -> Array:
+    """Counted from the nominal robot's home, lest both be half a turn from the sensor's zero."""
+    return turned_home(taken.nominal, taken.calibrated.inverse_kinematics(taken.poses))
+
+
+def _turns_lost(taken: Taken, roots: Array, leg: int, turn: float) -> Array:
+    """How many turns the readings of a leg that are used are away from most of them."""
+    rows = taken.rows(leg)
+    readings = taken.readings[rows, leg]
+    by_model = roots[rows, leg] + shortest(readings - roots[rows, leg], turn)
+    for unbroken in (_continuous(readings, turn), by_model):
+        if not np.isfinite(unbroken).all():
+            continue
+        turns = np.round((readings - unbroken) / turn)
+        values, counts = np.unique(turns, return_counts=True)
+        most = values[counts == counts.max()]  # of two halves, that where the model has it
+        off = [abs(np.median(readings - (turns - each) * turn - roots[rows, leg])) for each in most]
+        turns -= most[int(np.argmin(off))]
+        if turns.any() and _largest_gap(readings) > 1.5 * _largest_gap(unbroken):
+            return np.asarray(turns)
+    return np.zeros(len(rows))
 
 
 def _largest_gap(values: Array) -> float:

@@ -21,7 +21,7 @@ from symkin.estimate.evidence.residuals import ALARMS
 from symkin.estimate.found import Found
 from symkin.model.framing import unframed
 
-__all__ = ["SAG_ALARMS", "columns_of_sag", "doubts_of_sag"]
+__all__ = ["SAG_ALARMS", "columns_of_sag", "doubts_of_sag", "places_of"]
 
 Array = NDArray[np.float64]
 SAG_ALARMS = ALARMS / 5
@@ -71,13 +71,18 @@ def doubts_of_sag(
     yield Doubt("sags", size=size, p=p_value, figures=figures)
 
 
-def columns_of_sag(found: Found, rows: Rows) -> dict[str, Array]:
-    """What a metre at the outermost pose does to the rows, where unknowns do not explain it all."""
+def places_of(found: Found, rows: Rows) -> Array:
+    """Where the platform was in each of the rows, in the robot's own frame, shape (n, size)."""
     if found.legs:
         poses = unframed(found.mechanism.replace(frames=None), found.measurements.poses)
     else:
         poses = found.latent_poses
-    places = poses[rows.order, : found.nominal.space.size]
+    return np.asarray(poses[rows.order, : found.nominal.space.size])
+
+
+def columns_of_sag(found: Found, rows: Rows) -> dict[str, Array]:
+    """What a metre at the outermost pose does to the rows, where unknowns do not explain it all."""
+    places = places_of(found, rows)
     squares = np.square(places - places.mean(axis=0)).sum(axis=1)
     if not squares.size or not 0 < squares.max() < np.inf:
         return {}

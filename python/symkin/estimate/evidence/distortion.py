@@ -1,0 +1,131 @@
+# SPDX-License-Identifier: MIT
+"""A test for a measuring device that is distorted: not square, of unequal scales, or as a lens is.
+
+What it does to positions is a field that no robot has: linear in the place, or with the cube of the
+distance from the middle. It has to explain all that noise does not, since a part of such a field
+resembles what sensors and joints do. Outliers are not left out: the outermost poses look like some.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symkin import _core
+from symkin.errors import SymkinError
+from symkin.estimate.evidence.changes import Rows, rows_of_changes, usual
+from symkin.estimate.evidence.findings import Doubt
+from symkin.estimate.evidence.sag import SAG_ALARMS, places_of
+from symkin.estimate.found import Found
+
+__all__ = ["distortion_that_explains"]
+
+Array = NDArray[np.float64]
+_SEEN = 1e-3  # of a field, at least, that other unknowns leave
+_CLEAR = 4.0  # standard deviations of a term that is named
+
+
+def distortion_that_explains(found: Found) -> Doubt | None:
+    """Say what distortion explains what the declared noise does not; None if none does.
+
+    One step from the estimate says how large it is, to 3% of the distances and beyond.
+    """
+    try:
+        rows = rows_of_changes(found, ())
+    except SymkinError:
+        return None
+    if rows is None or rows.spare < 1:
+        return None
+    places = places_of(found, rows)
+    reach = float(np.linalg.norm(places - places.mean(axis=0), axis=1).max(initial=0.0))
+    if not 0 < reach < np.inf:
+        return None
+    axes = found.nominal.space.position
+    by_name = _fields(places, reach, axes, scale=len(found.prior_rows) > 0)
+    columns = {name: _column(rows, axes, displaced) for name, displaced in by_name}
+    columns = {name: column for name, column in columns.items() if _is_seen(rows, column)}
+    if not columns:
+        return None
+    # Where a distortion has no effect nobody knows.
+    frames = (rows.by_base[..., i] for i in range(len(rows.components)))
+    stacked = np.stack([*columns.values(), *(each for each in frames if _is_seen(rows, each))])
+    shared = np.einsum("anr,bnr->ab", stacked, np.stack([rows.left(each) for each in stacked]))
+    inverse = np.linalg.pinv(shared, rcond=1e-10, hermitian=True)
+    along = -np.einsum("anr,nr->a", stacked, rows.residual)
+    sizes, drop = inverse @ along, float(along @ inverse @ along)
+    square, spare = float(np.square(rows.residual).sum()), rows.spare
+    if not found.legs:  # what priors ask for, too
+        square, spare = found.chi_square, round(found.degrees_of_freedom)
+    count, spare = len(stacked), spare - len(stacked)
+    if not usual(square - drop, spare):
+        return None
+    scale = max((square - drop) / spare, 1.0)
+    statistic = drop / count / scale
+    p_value = float(_core.f_tail(statistic, count, spare))
+    clear = _CLEAR * np.sqrt(scale * np.diag(inverse))
+    named = [
+        _words(name, size, reach)
+        for name, size, least in zip(columns, sizes, clear, strict=False)
+        if abs(size) > least
+    ]
+    if p_value >= SAG_ALARMS or not named:
+        return None
+    evidence = f" (F({count}, {spare}) = {statistic:.3g})"
+    figures = {"terms": ", ".join(named), "evidence": evidence, "most": True}
+    return Doubt("device-distorted", p=p_value, figures=figures)
+
+
+def _fields(
+    places: Array, reach: float, axes: Sequence[str], *, scale: bool
+) -> Iterator[tuple[str, Array]]:
+    """Displacements of positions, shape (n, size), of a metre at the outermost place at most.
+
+    A scale alone is what the lengths of a robot do, unless something says how long they are.
+    """
+    away = (places - places.mean(axis=0)) / reach
+    for i, j in itertools.combinations(range(len(axes)), 2):
+        stretch, shear = np.zeros_like(away), np.zeros_like(away)
+        stretch[:, i], stretch[:, j] = away[:, i], -away[:, j]
+        shear[:, i], shear[:, j] = away[:, j], away[:, i]
+        if i == 0:  # the others follow
+            yield f"stretch {axes[i]}{axes[j]}", stretch
+        yield f"shear {axes[i]}{axes[j]}", shear
+    yield "lens", away * np.square(away).sum(axis=1, keepdims=True)
+    if scale:
+        yield "scale", places / reach
+
+
+def _column(rows: Rows, axes: Sequence[str], displaced: Array) -> Array:
+    """What displacements do to the rows; nothing if a coordinate of them was not measured."""
+    column = np.zeros_like(rows.residual)
+    for name, moved in zip(axes, displaced.T, strict=True):
+        if not moved.any():
+            continue
+        own = rows.by_base[..., [each == name for each in rows.components]].sum(axis=-1)
+        if not own.any():
+            return np.zeros_like(column)
+        column += own * moved[:, None]
+    return column
+
+
+def _is_seen(rows: Rows, column: Array) -> bool:
+    """Whether the unknowns leave something of it."""
+    left = float(np.sum(column * rows.left(column)))
+    return left > _SEEN**2 * float(np.square(column).sum()) > 0
+
+
+def _words(name: str, size: float, reach: float) -> str:
+    kind, _, axes = name.partition(" ")
+    if kind == "stretch":
+        longer, shorter = (*axes,) if size > 0 else (*axes[::-1],)
+        amount = f"{200 * abs(size) / reach:.2g} %"
+        return f"longer along {longer} than along {shorter} by {amount}"
+    if kind == "shear":
+        return f"{axes[0]} and {axes[1]} from square by {2e3 * abs(size) / reach:.2g} mrad"
+    if kind == "lens":
+        way = "outwards" if size > 0 else "inwards"
+        return f"{1e3 * abs(size):.2g} mm {way} at the outermost pose, as by a lens"
+    return f"too {'large' if size > 0 else 'small'} by {100 * abs(size) / reach:.2g} %"
