@@ -4,13 +4,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin.model.file_frames import anchor
 from symkin.model.mechanism import Mechanism
-
-Array = NDArray[np.float64]
-
+from symkin.values import Array
 
 _TURN = 2 * np.pi
 

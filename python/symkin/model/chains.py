@@ -9,7 +9,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple, get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import MechanismError, did_you_mean, one_of
@@ -22,7 +21,7 @@ from symkin.model.declared import (
 )
 from symkin.model.poses import POSE_SPACES
 from symkin.options import Platform, checks
-from symkin.values import FrozenMapping, record
+from symkin.values import Array, FrozenMapping, record
 
 PLATFORMS: tuple[Platform, ...] = get_args(Platform)
 
@@ -218,7 +217,7 @@ def chains(platform: Platform = "rigid") -> list[str]:
     return list(_core.chain_names(platform))
 
 
-def shortest(differences: NDArray[np.float64], turn: float | None) -> NDArray[np.float64]:
+def shortest(differences: Array, turn: float | None) -> Array:
     """Differences of readings by the shortest turn; of lengths, whose `turn` is None, as given."""
     if turn is None:
         return differences

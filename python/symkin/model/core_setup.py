@@ -7,14 +7,12 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import Transform, frame
 from symkin.model.settings import Frames
-
-Array = NDArray[np.float64]
+from symkin.values import Array
 
 
 class Slopes(NamedTuple):

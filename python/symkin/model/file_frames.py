@@ -8,7 +8,7 @@ import itertools
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from symkin.errors import SymkinError
 from symkin.model.chains import ChainInfo
@@ -28,8 +28,7 @@ from symkin.model.settings import DrawnPoints, Frames, WorkspaceSettings
 from symkin.model.symmetry import detect_symmetry
 from symkin.model.symmetry.comparison import scaled_tolerance
 from symkin.model.symmetry.groups import detect_within
-
-Array = NDArray[np.float64]
+from symkin.values import Array
 
 # A centre serves if no leg is much nearer to its axis than the legs are to each other, where small
 # errors of a point would be large ones of its azimuth, and none is much farther away.

@@ -4,7 +4,8 @@
 from __future__ import annotations
 
 from symkin.model.mechanism import Mechanism
-from symkin.model.poses import Array, frame, poses_of, transforms
+from symkin.model.poses import frame, poses_of, transforms
+from symkin.values import Array
 
 
 def unframed(mechanism: Mechanism, poses: Array) -> Array:

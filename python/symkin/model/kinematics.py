@@ -9,10 +9,10 @@ from numpy.typing import ArrayLike, NDArray
 from symkin import _core
 from symkin.errors import MechanismError
 from symkin.model.poses import POSE_SPACES, pose_rows, poses_from_bounds, wrong_quaternion
+from symkin.values import Array
 
 __all__ = ["Kinematics"]
 
-Array = NDArray[np.float64]
 
 # Newton's, from a straight sensor's reading to a curved one's.
 _STEPS = 20

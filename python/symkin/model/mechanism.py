@@ -45,10 +45,9 @@ from symkin.model.settings import (
     Tolerances,
     WorkspaceSettings,
 )
+from symkin.values import Array
 
 __all__ = ["Leg", "Mechanism"]
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, init=False, eq=False, repr=False)

@@ -7,9 +7,10 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from symkin.errors import MeasurementError, one_of, shown
+from symkin.values import Array
 
 __all__ = [
     "POSE_SPACES",
@@ -26,8 +27,6 @@ __all__ = [
     "vectors_from_rotations",
     "wrong_quaternion",
 ]
-
-Array = NDArray[np.float64]
 
 
 class PoseSpace(NamedTuple):
@@ -385,7 +384,7 @@ def _shaped(name: str, values: Array, *shape: int) -> Array:
     return array
 
 
-def pose_rows(poses: ArrayLike | Any) -> NDArray[np.float64]:
+def pose_rows(poses: ArrayLike | Any) -> Array:
     """Poses as rows, shape (N, coordinates), of an array or of what has poses: a sample, a plan."""
     try:
         rows = np.ascontiguousarray(getattr(poses, "poses", poses), dtype=np.float64)

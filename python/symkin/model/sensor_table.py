@@ -14,9 +14,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symkin.errors import MechanismError
-from symkin.values import record
+from symkin.values import Array, record
 
-Array = NDArray[np.float64]
 _LEAST_ROWS = 2
 SAME_TURN = 1e-9  # of a table's length: rounding, such as that of degrees
 _BISECTIONS = 60

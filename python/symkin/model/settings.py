@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from symkin.errors import SymkinError
-from symkin.values import record
+from symkin.values import Array, record
 
 __all__ = [
     "DeclaredSymmetry",
@@ -174,13 +174,13 @@ class NoiseSettings:
         """All that grow and shrink with it, by name."""
         return {name: value for name, value in vars(self).items() if isinstance(value, int | float)}
 
-    def along_at(self, distances: ArrayLike) -> NDArray[np.float64]:
+    def along_at(self, distances: ArrayLike) -> Array:
         """Standard deviation along `direction` so far from the device, m."""
         if self.along is None:
             return self.at(distances)
         return np.asarray(self.along + self.along_per_metre * np.nan_to_num(distances))
 
-    def at(self, distances: ArrayLike) -> NDArray[np.float64]:
+    def at(self, distances: ArrayLike) -> Array:
         """Standard deviation of a position so far from the device, m; NaN as if beside it."""
         return np.asarray(self.position + self.per_metre * np.nan_to_num(distances))
 
@@ -243,7 +243,7 @@ class JointLimits(_Settings):
     lower: float | tuple[float, ...] = -math.inf
     upper: float | tuple[float, ...] = math.inf
 
-    def of_legs(self, count: int) -> NDArray[np.float64]:
+    def of_legs(self, count: int) -> Array:
         """Lower and upper limit of each leg, shape (2, legs).
 
         Raises
@@ -298,7 +298,7 @@ class Frames(_Settings):
     plane: tuple[float, ...] = ()
 
 
-def height_of_bed(plane: Sequence[float], places: NDArray[np.float64]) -> NDArray[np.float64]:
+def height_of_bed(plane: Sequence[float], places: Array) -> Array:
     """Heights of a bed below places, shape (n, 2 or 3), in the base's frame; see `Frames`."""
     c0, c1, c2, *bowed = plane
     x, y = places[:, 0], places[:, 1]

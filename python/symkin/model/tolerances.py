@@ -4,11 +4,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import NoiseSettings, Tolerances
+from symkin.values import Array
 
 # Times the tolerance: a parameter of such a standard deviation is in effect not measured.
 UNKNOWN = 10
@@ -24,7 +24,7 @@ def tolerances_of(tolerances: Tolerances) -> _core.Tolerances:
     return _core.Tolerances(tolerances.length, tolerances.angle, tolerances.gain)
 
 
-def parameter_tolerances(mechanism: Mechanism) -> NDArray[np.float64]:
+def parameter_tolerances(mechanism: Mechanism) -> Array:
     """Tolerance of every parameter, shape (legs, p); zero of those that are held."""
     tolerances = tolerances_of(mechanism.tolerances)
     legs = range(len(mechanism.legs))

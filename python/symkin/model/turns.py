@@ -9,7 +9,8 @@ import numpy as np
 
 from symkin.model.chains import shortest
 from symkin.model.mechanism import Mechanism
-from symkin.model.sensor_table import SAME_TURN, Array
+from symkin.model.sensor_table import SAME_TURN
+from symkin.values import Array
 
 
 def turn_of(mechanism: Mechanism, leg: int) -> float | None:

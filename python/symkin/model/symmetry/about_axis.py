@@ -8,7 +8,6 @@ import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import SymkinError, SymmetryError
@@ -17,8 +16,9 @@ from symkin.model.mechanism import Leg, Mechanism
 from symkin.model.poses import POSE_SPACES
 from symkin.model.settings import DeclaredSymmetry
 from symkin.model.symmetry.naming import element_words
+from symkin.values import Array
 
-Vector = NDArray[np.float64]
+Vector = Array
 Pair = _core.SymmetryPair
 
 _ROUNDING = 1e-14

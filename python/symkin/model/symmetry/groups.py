@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from symkin import _core
 from symkin._core import SymmetryElement
@@ -35,7 +35,7 @@ from symkin.model.symmetry.pairs import (
 )
 from symkin.options import checks
 from symkin.results import Result
-from symkin.values import Value, field, record
+from symkin.values import Array, Value, field, record
 
 __all__ = [
     "Carrying",
@@ -84,8 +84,8 @@ class SymmetryFrame(Value):
         Azimuth of the line of the reflection ``s0`` in each, rad.
     """
 
-    base_centre: NDArray[np.float64]
-    platform_centre: NDArray[np.float64]
+    base_centre: Array
+    platform_centre: Array
     base_axis: float
     platform_axis: float
 
@@ -531,9 +531,7 @@ def _found_again(
     return found.structure if which == "structure" else found.with_modes
 
 
-def symmetry_deviations(
-    mechanism: Mechanism, group: SymmetryGroup, tolerance: float
-) -> NDArray[np.float64]:
+def symmetry_deviations(mechanism: Mechanism, group: SymmetryGroup, tolerance: float) -> Array:
     """How every leg differs from a perfectly symmetric mechanism, shape (legs, p); m, rad.
 
     Each leg is carried back to the first leg of its orbit and compared with the median of the
@@ -611,9 +609,7 @@ def observability_group(mechanism: Mechanism) -> list[Carrying] | None:
     return [element for _, element in carriers]
 
 
-def map_poses(
-    mechanism: Mechanism, element: Carrying | str, poses: ArrayLike
-) -> NDArray[np.float64]:
+def map_poses(mechanism: Mechanism, element: Carrying | str, poses: ArrayLike) -> Array:
     """Carry poses by an element of the mechanism's group (Eqs. 14, 22).
 
     Parameters

@@ -7,9 +7,10 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-Matrix = NDArray[np.float64]
+from symkin.values import Array
+
+Matrix = Array
 
 _SAME = 1e-3  # of entries: far less than between two elements of a group
 

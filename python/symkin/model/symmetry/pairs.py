@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from symkin import _core
 from symkin.errors import SymkinError
@@ -23,7 +23,7 @@ from symkin.model.poses import pose_rows
 from symkin.model.symmetry.naming import element_words, group_name
 from symkin.options import checks
 from symkin.results import Result
-from symkin.values import Value, field, record
+from symkin.values import Array, Value, field, record
 
 _ROUNDING = 1e-6  # m and rad
 _SAME = 1e-3  # of matrices' entries and shifts in m: less than between two elements
@@ -41,8 +41,8 @@ class Motion(Value):
         m.
     """
 
-    linear: NDArray[np.float64]
-    shift: NDArray[np.float64]
+    linear: Array
+    shift: Array
 
 
 @record
@@ -122,7 +122,7 @@ class SymmetryPair(Value):
         )
         return _core.SymmetryPair(base, platform, self.exchange)
 
-    def map_poses(self, mechanism: Mechanism, poses: ArrayLike) -> NDArray[np.float64]:
+    def map_poses(self, mechanism: Mechanism, poses: ArrayLike) -> Array:
         """Carry poses, shape (n, coordinates), to their images."""
         return self.core.transform_poses(mechanism.core, pose_rows(poses))
 

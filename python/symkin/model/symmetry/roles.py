@@ -6,12 +6,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.model.mechanism import Mechanism
 from symkin.model.symmetry.pairs import SymmetryPair, SymmetryPairs, symmetry_pairs
 from symkin.model.tolerances import parameter_tolerances
+from symkin.values import Array
 
 _NEARLY = 3.0  # tolerances by which legs of a robot that was made may be off
 _ROUNDING = 1e-6
@@ -36,7 +36,7 @@ class RoleImage(NamedTuple):
 
     reference: int
     element: SymmetryPair
-    by: NDArray[np.float64]
+    by: Array
     sign: int
 
 
