@@ -6,7 +6,7 @@ import pytest
 from symkin.estimate import precision
 
 
-@pytest.fixture(autouse=True, scope="session")
+@pytest.fixture(autouse=True, scope="package")
 def few_poses():
     """Bounds over few poses of the workspace, which take the time of a session."""
     with pytest.MonkeyPatch.context() as patch:

@@ -359,8 +359,12 @@ def test_parameters_held_at_wrong_values_are_told(paper, taken):
     found = symkin.identify(
         paper.with_parameters(wrong), taken.measurements, fixed=["sensor_offset"]
     )
-    # The base frame turned by as much does nearly the same, so both are named.
-    assert "parameters that are held or shared are not as they are said" in str(found.doubts[0])
+    # The base frame turned by as much does nearly the same, and not as well.
+    (told,) = found.doubts
+    assert (told.code, told.legs, told.others) == ("drawn-wrong", (0, 1, 2), ())
+    assert told.size == pytest.approx(-0.02, rel=0.02)
+    assert found.redrawn is not None
+    assert symkin.identify(found.redrawn, taken.measurements, fixed=["sensor_offset"]).trustworthy
 
 
 def test_parameters_that_the_data_hardly_show_are_told(paper, taken):
