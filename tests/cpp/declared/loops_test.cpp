@@ -187,6 +187,19 @@ TEST_P(DeclaredLegs, StandSideBySideAsTheyDoAlone) {
       read[i] = lanes.read < 0 ? 0 : alone[at][lanes.read] + (i % 3 == 0 ? 1e-3 : 0.3);
     }
   }
+  std::vector<double> margins;
+  const std::vector<Closed> reached = together.reach_margins(poses, leg.coordinates(), margins);
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const double margin = assembly.reach_margin(poses[i], leg.coordinates());
+    if (reached[i] == Closed::yes) {
+      EXPECT_NEAR(1 / margin, 1 / margins[i], 1e-6) << i;  // of differences
+    } else {
+      ASSERT_NE(closed[i], Closed::yes) << i;
+    }
+    if (reached[i] == Closed::no) {
+      EXPECT_EQ(assembly.missed(poses[i]), margin) << i;
+    }
+  }
   const Index width = kClosureNumbers + lanes.scalar_count;
   RowMatrix rows(count * closures, width);
   const std::vector<Closed> around =

@@ -23,6 +23,7 @@ using Eigen::Vector3d;
 
 constexpr double kNothing = 1e-7;  // of the largest pivot: no direction of its own
 constexpr double kClosed = 1e-9;   // m and rad
+constexpr double kAside = 1e-6;    // m or rad, for a difference
 
 int rank_of(const Columns& columns) {
   if (columns.cols() == 0) {
@@ -401,42 +402,57 @@ bool Assembly::close_around_readings(const Pose& pose, Joints& joints) {
   return false;
 }
 
-// The square of the first closure's slope falls with the distance from where it vanishes.
 double Assembly::reach_margin(const Pose& pose, const std::vector<int>& tangent) {
-  constexpr double kStep = 1e-6;  // m or rad
-  constexpr double kFlat = 1e-8;
   Joints joints;
   if (!close(pose, joints)) {
-    joints = home_joints_;
-    newton(pose, all_, whole_rank_, joints);
-    const double missed = loops_.residual().norm();
-    return std::isfinite(missed) ? -std::max(missed, kClosed) : -1;
+    return missed(pose);
   }
   if (read_.empty()) {
     return std::numeric_limits<double>::infinity();
   }
-  const auto square_at = [&](const Pose& there) {
+  std::vector<double> slopes;
+  for (const Pose& there : around(pose, tangent)) {
     Joints moved = joints;
     newton(there, all_, whole_rank_, moved);
-    const double slope = by_first_reading();
-    return slope * slope;
-  };
-  const double square = square_at(pose);
+    slopes.push_back(by_first_reading());
+  }
+  return margin_of(slopes.data(), slopes.size());
+}
+
+double Assembly::missed(const Pose& pose) {
+  Joints joints = home_joints_;
+  newton(pose, all_, whole_rank_, joints);
+  const double missed = loops_.residual().norm();
+  return std::isfinite(missed) ? -std::max(missed, kClosed) : -1;
+}
+
+std::vector<Pose> Assembly::around(const Pose& pose, const std::vector<int>& tangent) {
+  std::vector<Pose> all{pose};
   const bool turns = tangent.front() > 2;  // a pose without a position
-  Vector3d gradient = Vector3d::Zero();
   for (const int coordinate : tangent) {
     if (turns == (coordinate > 2)) {
-      Pose there = pose;
+      Pose& there = all.emplace_back(pose);
       if (turns) {
-        there.rotation = Eigen::AngleAxisd(kStep, Vector3d::Unit(coordinate - 3)) * pose.rotation;
+        there.rotation = Eigen::AngleAxisd(kAside, Vector3d::Unit(coordinate - 3)) * pose.rotation;
       } else {
-        there.position[coordinate] += kStep;
+        there.position[coordinate] += kAside;
       }
-      gradient[coordinate % 3] = (square_at(there) - square) / kStep;
     }
   }
-  const double slope = gradient.norm();
-  return slope > kFlat * square ? square / slope : std::numeric_limits<double>::infinity();
+  return all;
+}
+
+// The square of the slope falls with the distance from where it vanishes.
+double Assembly::margin_of(const double* slopes, std::size_t count) {
+  constexpr double kFlat = 1e-8;
+  const double square = slopes[0] * slopes[0];
+  double falls = 0;
+  for (std::size_t i = 1; i < count; ++i) {
+    const double by = (slopes[i] * slopes[i] - square) / kAside;
+    falls += by * by;
+  }
+  falls = std::sqrt(falls);
+  return falls > kFlat * square ? square / falls : std::numeric_limits<double>::infinity();
 }
 
 const Columns& Assembly::reciprocal() {

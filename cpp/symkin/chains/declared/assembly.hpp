@@ -59,6 +59,11 @@ class Assembly {
   // exact in first order near it. Negative, about how far the leg misses, where it does not close;
   // infinite where none is near.
   double reach_margin(const Pose& pose, const std::vector<int>& tangent);
+  // The same where the leg is known not to close, and of one that closes, by slopes of its first
+  // closure along the first reading at the pose and those around it.
+  double missed(const Pose& pose);
+  static std::vector<Pose> around(const Pose& pose, const std::vector<int>& tangent);
+  static double margin_of(const double* slopes, std::size_t count);
 
   // Unit vectors, equations x closures, square to what passive joints do where the joints are now.
   // One is oriented like the passive joints' columns; of several the first alone does work with the

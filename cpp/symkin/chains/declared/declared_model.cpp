@@ -158,8 +158,17 @@ class DeclaredModel final : public ChainModel {
       return;
     }
     Assembly leg = at(parameters);
-    for (Index i = 0; i < poses.rows(); ++i) {
-      margins[i] = leg.reach_margin(pose(poses, i), tangent_);
+    const std::vector<Pose> all = each_pose(poses);
+    std::vector<Closed> closed(all.size(), Closed::perhaps);
+    std::vector<double> together;
+    if (const SideBySide lanes(leg); lanes.possible()) {
+      closed = lanes.reach_margins(all, tangent_, together);
+    }
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      margins[static_cast<Index>(i)] = closed[i] == Closed::yes ? together[i]
+                                       : closed[i] == Closed::no
+                                           ? leg.missed(all[i])
+                                           : leg.reach_margin(all[i], tangent_);
     }
   }
 

@@ -55,7 +55,7 @@ class LaneAssembly {
         own[leg.read] = rows.read(read, 1);
       }
       const Ends ends = assembly.newton(own);
-      const T by_read = assembly.find_reciprocal();
+      const T by_read = assembly.find_reciprocal(assembly.qr_);
       const bool from_home = starts == nullptr;
       tell(rows, from_home ? ends.found & assembly.on_branch(by_read) : ends.found, ends, closed);
       const Index width = kClosureNumbers + leg.scalar_count;
@@ -63,6 +63,21 @@ class LaneAssembly {
         assembly.write(assembly.reciprocal_[first_closure + i], rows, to + i * width,
                        closures * width);
       }
+    }
+  }
+
+  static void slopes(const LaneLeg& leg, const double* poses, const double* starts, Index count,
+                     double* slopes) {
+    LaneAssembly assembly(leg, *leg.moving);
+    Qr passive(*leg.passive);
+    const T none(std::numeric_limits<double>::quiet_NaN());
+    for (Index first = 0; first < count; first += Lanes<T>::kCount) {
+      const Rows rows(first, count);
+      T own[kMostJoints];
+      assembly.stand(rows, poses, starts, own);
+      const Ends ends = assembly.newton(own);
+      const T slope = assembly.find_reciprocal(passive);
+      rows.write(Lanes<T>::select(ends.found, slope, none), slopes, 1);
     }
   }
 
@@ -170,15 +185,16 @@ class LaneAssembly {
     return sum;
   }
 
-  // As Assembly::reciprocal(); returns what the first closure gains by the first read joint.
-  T find_reciprocal() {
+  // As Assembly::reciprocal(), of the passive joints; returns what the first closure gains by the
+  // first read joint.
+  T find_reciprocal(Qr& passive) {
     loops_.columns(columns_);
-    qr_.factorise(columns_);
-    const int count = leg_.equations - qr_.rank();
+    passive.factorise(columns_);
+    const int count = leg_.equations - passive.rank();
     for (int i = 0; i < count; ++i) {
-      qr_.complement(i, leg_.equations, reciprocal_[i]);
+      passive.complement(i, leg_.equations, reciprocal_[i]);
     }
-    const T side = qr_.orientation();
+    const T side = passive.orientation();
     if (leg_.read < 0 || count == 1) {
       turn_last(count, side);
       return leg_.read < 0 ? T(0.0) : dot(reciprocal_[0], columns_[leg_.read]);
@@ -239,7 +255,8 @@ class LaneAssembly {
 
 template <typename T>
 struct DeclaredKernelsOf {
-  static constexpr DeclaredKernels kTable{LaneAssembly<T>::close, LaneAssembly<T>::closures};
+  static constexpr DeclaredKernels kTable{LaneAssembly<T>::close, LaneAssembly<T>::closures,
+                                          LaneAssembly<T>::slopes};
 };
 
 #if defined(SYMKIN_COMPILES_AVX512)

@@ -113,6 +113,10 @@ struct DeclaredKernels {
   void (*closures)(const LaneLeg& leg, const double* poses, const double* read,
                    const double* starts, Index count, int first, int closures, double* rows,
                    Closed* closed);
+  // From close by, closed: what the first closure gains by the joint that is read; NaN where
+  // Newton's method does not come to rest.
+  void (*slopes)(const LaneLeg& leg, const double* poses, const double* starts, Index count,
+                 double* slopes);
 };
 
 // Those for this processor and so many poses; what a pose gets depends on nothing but that pose.

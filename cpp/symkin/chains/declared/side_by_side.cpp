@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
 
 namespace symkin::declared {
 namespace {
@@ -169,6 +170,48 @@ std::vector<Closed> SideBySide::closures(const std::vector<Pose>& poses, const V
     } else if (came[k] == Closed::yes) {
       rows.middleRows(static_cast<Index>(again[k]) * count, count) =
           found.middleRows(static_cast<Index>(k) * count, count);
+    }
+  }
+  return closed;
+}
+
+std::vector<Closed> SideBySide::reach_margins(const std::vector<Pose>& poses,
+                                              const std::vector<int>& tangent,
+                                              std::vector<double>& margins) const {
+  std::vector<double> joints;
+  std::vector<Closed> closed = close(poses, joints);
+  margins.assign(poses.size(), std::numeric_limits<double>::infinity());
+  if (leg_.read < 0) {
+    return closed;
+  }
+  const auto own = static_cast<std::ptrdiff_t>(leg_.own_count);
+  std::vector<Pose> all;
+  std::vector<double> starts;
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    if (closed[i] != Closed::yes) {
+      continue;
+    }
+    for (const Pose& each : Assembly::around(poses[i], tangent)) {
+      all.push_back(each);
+      const auto from = joints.begin() + static_cast<std::ptrdiff_t>(i) * own;
+      starts.insert(starts.end(), from, from + own);
+    }
+  }
+  if (all.empty()) {
+    return closed;
+  }
+  std::vector<double> slopes(all.size());
+  const auto number = static_cast<Index>(all.size());
+  declared_kernels(number).slopes(leg_, plain(all).data(), starts.data(), number, slopes.data());
+  const std::size_t each = Assembly::around(poses.front(), tangent).size();
+  const double* of_pose = slopes.data();
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    if (closed[i] == Closed::yes) {
+      const bool at_rest =
+          std::none_of(of_pose, of_pose + each, [](double x) { return std::isnan(x); });
+      margins[i] = Assembly::margin_of(of_pose, each);
+      closed[i] = at_rest ? Closed::yes : Closed::perhaps;
+      of_pose += each;
     }
   }
   return closed;

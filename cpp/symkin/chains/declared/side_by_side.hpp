@@ -25,6 +25,10 @@ class SideBySide {
   std::vector<Closed> closures(const std::vector<Pose>& poses, const Vector& read, int first,
                                int count, RowMatrix& rows) const;
 
+  // As Assembly::reach_margin() where the leg closes, which is `yes`.
+  std::vector<Closed> reach_margins(const std::vector<Pose>& poses, const std::vector<int>& tangent,
+                                    std::vector<double>& margins) const;
+
  private:
   std::vector<Closed> near(const std::vector<Pose>& poses, const double* starts,
                            std::vector<double>& joints) const;
