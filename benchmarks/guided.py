@@ -6,7 +6,9 @@
 Each session is a robot of its own, made within the tolerances, and decides by itself (`resolve`).
 Met is the share of the sessions whose robot really keeps the accuracy, over the workspace; alarmed
 that in which a row or a slip was doubted; found after: rows from a slip until it was found. A slip
-is of 5 standard deviations of a reading from what the measured pose says that it is. Batch is a
+is of 5 standard deviations of a reading from what the measured pose says that it is. Moved is the
+device, whose place is not known, by 20 standard deviations of a position, and as much at 0.2 m from
+where it was; named is the share of the sessions that call it that. Batch is a
 plan of as many poses as are enough for the accuracy, each that fails being replaced by the next
 spare: its rows, the tries that they took, and the share of the robots identified from them
 that keep the accuracy; what goes wrong is the same, and nothing but failures is noticed.
@@ -27,7 +29,9 @@ from symkin.planning.simulation import disturb
 
 MOST = 120  # tries
 SLIPS_AT = 14
-KINDS = ("sound", "failures", "region", "tolerances", "slip")
+KINDS = ("sound", "failures", "region", "tolerances", "slip", "moved")
+MOVED = 20.0  # standard deviations of a position
+RADIUS = 0.2  # m, at which a turn moves as much
 
 
 class Case(NamedTuple):
@@ -67,6 +71,10 @@ class Trial:
         along = self.sample[:, :size] @ self._direction
         self._hidden = np.quantile(along, 0.85) if kind == "region" else np.inf
         self.slip = 5 * self._deviation(size if case.observe == "position" else None)
+        shift, turn = np.random.default_rng([seed, 9]).normal(size=(2, size))
+        by = MOVED * robot.noise.position
+        self._shift = by * shift / np.linalg.norm(shift)
+        self._turn = by / RADIUS * turn / np.linalg.norm(turn)
 
     def _deviation(self, coordinates: int | None) -> float:
         """Of a reading from what the pose says that it is, both being noisy (rms over the legs)."""
@@ -88,7 +96,18 @@ class Trial:
         if not isinstance(found, str) and self.kind == "slip" and row >= SLIPS_AT:
             column = next(name for name in found if name.startswith(("psi_2", "psi2")))
             found = found | {column: found[column] + self.slip}
+        if not isinstance(found, str) and self.kind == "moved" and row >= SLIPS_AT:
+            seen = self._as_moved(np.array([[found[name] for name in ("x_m", "y_m", "z_m")]]))[0]
+            found = found | dict(zip(("x_m", "y_m", "z_m"), seen.tolist(), strict=True))
         return found
+
+    def _as_moved(self, positions: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Positions as the device sees them from where it is in the end."""
+        angle = np.linalg.norm(self._turn)
+        axis = self._turn / angle
+        across = np.cross(axis, positions)
+        turned = positions + np.sin(angle) * across + (1 - np.cos(angle)) * np.cross(axis, across)
+        return turned + self._shift
 
     def keeps(self, model: symkin.Mechanism) -> bool:
         """Whether the accuracy is kept over the workspace, by the robot as it is in the end."""
@@ -105,6 +124,8 @@ class Trial:
         seen = taken[there]
         if self.case.observe == "position":  # which leaves open how the target is turned
             seen[:, self.robot.space.size :] = np.nan
+        if self.kind == "moved":
+            seen[:, : self.robot.space.size] = self._as_moved(seen[:, : self.robot.space.size])
         truth = Measurements.of(seen, readings[there], pose_space=actual.pose_space)
         error = symkin.evaluate(model, measurements=truth)
         return bool(error.position_rms <= self.case.accuracy)
@@ -117,7 +138,7 @@ def session_of(trial: Trial, seed: int, candidates: int) -> dict[str, float]:
         case.accuracy, candidates=candidates, seed=seed, observe=case.observe, **case.unknowns
     )
     counts = {"tries": 0, "alarms": 0, "found": np.nan}
-    waited = []
+    waited, named = [], False
     for ask in session:
         counts["tries"] += 1
         if counts["tries"] > MOST:
@@ -132,6 +153,9 @@ def session_of(trial: Trial, seed: int, candidates: int) -> dict[str, float]:
             session.add(found)
             verdict = session.resolve()
             counts["alarms"] += not verdict.fine
+            named = session.estimate is not None and any(
+                name.endswith(".rx") and name.startswith("step") for name in session.estimate.names
+            )
             # Of the last rows a slip is taken where a repeat says the same: there is no verdict.
             if session.robot.identification.step and np.isnan(counts["found"]):
                 counts["found"] = session.progress.rows - SLIPS_AT + 1
@@ -142,6 +166,7 @@ def session_of(trial: Trial, seed: int, candidates: int) -> dict[str, float]:
         "met": reached and trial.keeps(session.estimate.mechanism),
         "reached": reached,
         "alarmed": counts["alarms"] > 0,
+        "named": named,
         "seconds": float(np.median(waited)),
     }
 
@@ -192,6 +217,8 @@ def main() -> None:
         )
         for kind in given.kinds:
             guided, batch = [], []
+            if kind == "moved" and "base" not in case.unknowns.get("frames", ()):
+                continue  # who knows where the device is looks at that
             for seed in range(1, given.sessions + 1):
                 guided.append(session_of(Trial(kind, robot, case, seed), seed, given.candidates))
                 batch.append(batch_of(Trial(kind, robot, case, seed), plan))
@@ -210,6 +237,7 @@ def line_of(kind: str, guided: list[dict[str, float]], batch: list[dict[str, flo
     own, other = means(guided), means(batch)
     delays = [each["found"] for each in guided if np.isfinite(each["found"])]
     after = f"{np.median(delays):.0f} ({len(delays)})" if delays else "-"
+    after += f", named {own['named']:.0%}" if kind == "moved" else ""
     return (
         f"{kind:10s} {own['rows']:6.1f} {own['tries']:6.1f} {own['reached']:8.0%} "
         f"{own['met']:6.0%} "

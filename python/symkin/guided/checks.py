@@ -22,7 +22,9 @@ __all__ = [
     "Verdict",
     "edits_of",
     "explains",
+    "explains_more",
     "judged",
+    "rather_slipped",
     "slipped_from",
     "steady_legs",
     "tolerances_factor",
@@ -35,9 +37,13 @@ _FALSE = 0.01  # sessions in which a sound row is doubted
 _FEWEST = 60  # rows of a session, at least, that share these
 _OLDER = 5  # times rarer is a row doubted that was not when it came
 _SLIPPED = 12  # rows, at least, before a slip is looked for
-_SLIP = 0.1  # of the limit of the tests for changes, since they are made after every row
+_SLIP = 1.0  # of the limit of the tests for changes, since they are made after every row
+_RATHER = (
+    10.0  # of chi-square that a step explains more than a row that is off, to be looked at first
+)
 _NO_STEP = 0.01  # probability of what legs that have not slipped seem to, or more
 _STEP = 1e-4  # and of those that have
+_PRICE, _PLAINLY = 2.0, 10.0  # of an unknown more, and by how much chi-square is to fall besides
 _DEGREES = math.pi / 180
 
 
@@ -101,9 +107,22 @@ def tolerances_factor(
     return factor
 
 
+def rather_slipped(estimate: Estimate[Any], off: float) -> bool:
+    """Whether a step explains more than that one row is off, by so many standard deviations."""
+    beyond = off**2 * float(estimate.conditions.max()) + _RATHER
+    return slipped_from(estimate, shaken=True, beyond=beyond) is not None
+
+
 def explains(estimate: Estimate[Any] | None) -> bool:
     """Whether the robot is within its drawing's tolerances, by an estimate that could be made."""
     return estimate is not None and not _beyond(estimate)
+
+
+def explains_more(other: Estimate[Any], estimate: Estimate[Any]) -> bool:
+    """Whether one of the same rows explains more, as many more unknowns as it has counted."""
+    more = len(other.names) - len(estimate.names)
+    fits = other.chi_square + _PRICE * more < estimate.chi_square - _PLAINLY
+    return bool(other.converged and fits)
 
 
 def _beyond(estimate: Estimate[Any] | None) -> bool:
@@ -179,11 +198,12 @@ def judged(
     return last, told[worst], float(off[worst])
 
 
-def slipped_from(estimate: Estimate[Any], *, shaken: bool) -> int | None:
+def slipped_from(estimate: Estimate[Any], *, shaken: bool, beyond: float = 0.0) -> int | None:
     """The line of the table from which on there is a step, if one is plain.
 
     `shaken` is whether a row that was repeated has shown already that something is, or the last one
-    repeats another to see that.
+    repeats another to see that. A step must explain more of chi-square than `beyond`, which a row
+    that is off does.
     """
     if not shaken and len(estimate.measurements.poses) < _SLIPPED:
         return None
@@ -191,7 +211,7 @@ def slipped_from(estimate: Estimate[Any], *, shaken: bool) -> int | None:
     steps = [
         test
         for test in change_tests(estimate)
-        if test.what == "step" and test.p_value < limit * test.limit
+        if test.what == "step" and test.p_value < limit * test.limit and test.statistic**2 > beyond
     ]
     return min(steps, key=lambda each: each.p_value).row if steps else None
 

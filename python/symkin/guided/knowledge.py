@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from typing import Any, Literal
 
 from symkin import _core
+from symkin.data.measurements import Measurements
 from symkin.data.tries import DROPPED, LINK, STATUS
 from symkin.errors import NotIdentifiableError, SymkinError
 from symkin.estimate.estimate import Estimate
@@ -18,7 +19,9 @@ from symkin.guided.checks import (
     Verdict,
     edits_of,
     explains,
+    explains_more,
     judged,
+    rather_slipped,
     slipped_from,
     steady_legs,
     tolerances_factor,
@@ -129,21 +132,13 @@ class Knowledge:
         As if a line had said that something has `slipped` at the row of that number.
         """
         said = [*self._table.said(SLIPPED, upto=count), *([] if slipped is None else [slipped])]
-        steps = tuple(str(self._table.place(number) + 2) for number in said)
-        robot = self._with(step=steps) if steps else self._robot
+        lines = tuple(str(self._table.place(number) + 2) for number in said)
+        robot = self._with(step=lines) if lines else self._robot
         try:
             measured = self._table.measurements(robot, count, without)
             if measured is None or len(measured.poses) < self._least:
                 return Known(robot)
-            found = identify(robot, measured, **self._how)
-            steady = tuple(
-                name
-                for row in steps
-                for name in steady_legs(found, f"step{row}", last=row == max(steps, key=int))
-            )
-            if steady:
-                robot = self._with(step=steps, fixed=(*self._fixed, *steady))
-                found = identify(robot, measured, **self._how)
+            robot, found = self._stepped(measured, lines)
             if factor is None:
                 factor = tolerances_factor(
                     found, len(measured.poses), lambda: self._others(found, count, without)
@@ -161,6 +156,39 @@ class Knowledge:
             return Known(robot, failure=found.failure, unlike=True)
         return Known(robot, found, tolerances=factor)
 
+    def _stepped(
+        self, measured: Measurements, lines: tuple[str, ...]
+    ) -> tuple[Mechanism, Estimate[Any]]:
+        """The robot and its estimate with steps from these lines on, of what has slipped there.
+
+        Of one leg where that is plain; of the device, where the place of its frame is unknown, if
+        that explains more than steps of all legs; else of every leg.
+        """
+        robot = self._with(step=lines) if lines else self._robot
+        found = identify(robot, measured, **self._how)
+        steady = tuple(
+            name
+            for line in lines
+            for name in steady_legs(found, f"step{line}", last=line == max(lines, key=int))
+        )
+        if steady:
+            robot = self._with(step=lines, fixed=(*self._fixed, *steady))
+            found = identify(robot, measured, **self._how)
+        if not lines or "base" not in self._frames:
+            return robot, found
+        steps = lines
+        for place, line in enumerate(lines):
+            moved = (*steps[:place], f"frame:{line}", *steps[place + 1 :])
+            own = tuple(name for name in steady if f"step{line}" not in name.split("."))
+            other = self._with(step=moved, fixed=(*self._fixed, *own))
+            try:
+                shown = identify(other, measured, **self._how)
+            except SymkinError:  # as where not all of a frame is shown
+                continue
+            if explains_more(shown, found):
+                robot, found, steps, steady = other, shown, moved, own
+        return robot, found
+
     def _others(
         self, found: Estimate[Any], count: int, without: tuple[int, ...]
     ) -> Iterator[Estimate[Any] | None]:
@@ -170,6 +198,11 @@ class Knowledge:
         for place in dict.fromkeys((rows[-1], rows[-1 if worst is None else worst])):
             others = (*without, *self._table.together(place))
             yield self._by(count, others, factor=1.0).estimate
+
+    @property
+    def _frames(self) -> tuple[str, ...]:
+        settings = self._robot.identification
+        return tuple(settings.frames or ()) if settings is not None else ()
 
     @property
     def _fixed(self) -> tuple[str, ...]:
@@ -206,8 +239,10 @@ class Knowledge:
         off, doubtful, size = judged(known.estimate, numbers, planned, kept)
         made = Verdict(numbers[-1], off, doubtful, size, tolerances=known.tolerances)
         slipped = None
-        if doubtful is None or kept_one:
-            slipped = self._slipped(known, count, repeated=again.isdigit(), kept_one=kept_one)
+        rather = doubtful is not None and rather_slipped(known.estimate, size)
+        if doubtful is None or kept_one or rather:
+            shaken = kept_one or rather
+            slipped = self._slipped(known, count, repeated=again.isdigit(), kept_one=shaken)
         # What a repeat has shown of the robot may be that it is not as it was drawn.
         blamed = slipped is None and (known.tolerances > 1 or not kept_one)
         if doubtful is not None and blamed:

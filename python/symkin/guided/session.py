@@ -17,6 +17,7 @@ from symkin.data.measurements import Measurements
 from symkin.data.tries import BACK, DROPPED, LINK, ROW, STATUS, TIME, UNDONE
 from symkin.errors import SymkinError, one_of
 from symkin.estimate.estimate import Estimate
+from symkin.estimate.parameters import Unknown
 from symkin.estimate.survey import Survey
 from symkin.files.mechanism_writer import save_mechanism
 from symkin.guided.checks import Verdict
@@ -384,6 +385,20 @@ class Session:
     def confidence(self) -> float:
         """Share of such robots that the bounds are for: after a repair, half as many may miss."""
         return self._asked_of(self._now)
+
+    @property
+    def slips(self) -> dict[int, list[Unknown]]:
+        """Of each row from which on something shows something else: by how much, as unknowns."""
+        settings, estimate = self.robot.identification, self.estimate
+        found: dict[int, list[Unknown]] = {}
+        for step in (settings.step or ()) if settings is not None else ():
+            line = step.rpartition(":")[2]
+            found[self._table.number(int(line) - 2)] = [
+                each
+                for each in (() if estimate is None else estimate.unknowns)
+                if f"step{line}" in each.name.split(".") and each.column >= 0
+            ]
+        return found
 
     @property
     def torn(self) -> str:

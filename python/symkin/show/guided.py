@@ -68,9 +68,42 @@ def progress_text(session: Session, progress: Progress) -> str:
         [
             *_filled(f"{plural(progress.rows, 'row')}{more}{failed};  {'; '.join(parts)}"),
             *_filled(f"Not known yet, since {why}." if why else ""),
+            *_slips(session),
             f"[{bar}]  what {share} of such robots keep{repaired}",
         ]
     )
+
+
+def _slips(session: Session) -> list[str]:
+    """What has slipped, and by how much, in a line each."""
+    lines = []
+    for row, steps in session.slips.items():
+        told = [
+            f"{each.name.partition('.')[0 if of_leg else 2]} {_with_sign(each.value, each.unit)}"
+            for each in steps
+            for of_leg in (each.name.startswith("leg"),)
+        ]
+        legs = [each for each in steps if each.name.startswith("leg")]
+        if not steps:
+            continue
+        if len(legs) == 1:
+            leg, by = told[0].split(" ", 1)
+            lines += _filled(f"The sensor of leg {leg[3:]} slipped at row {row}: by {by}.")
+        elif legs:
+            lines += _filled(
+                f"Something slipped at row {row}; which sensor is not plain: {', '.join(told)}."
+            )
+        else:
+            lines += _filled(
+                f"The measuring device was moved at row {row}: since then it sees the robot by "
+                f"{', '.join(told)} from where it was."
+            )
+    return lines
+
+
+def _with_sign(value: float, unit: str) -> str:
+    factor, sign = on_paper(unit)
+    return f"{factor * value:+.3f} {sign}"
 
 
 def _more(progress: Progress) -> str:
@@ -119,8 +152,8 @@ def verdict_text(verdict: Verdict, width: int = WIDTH) -> str:
         lines += ["   r repeat its pose (tells the row from the robot), d drop it, k keep it"]
     elif verdict.slipped is not None:
         lines += _filled(
-            f"!  From row {verdict.slipped} on the sensors show something else, as if one had "
-            "slipped.  t take it as a step, k keep on without",
+            f"!  From row {verdict.slipped} on something else is shown, as if a sensor had slipped "
+            "or the device been moved.  t take it as a step, k keep on without",
             width=width,
         )
     elif math.isfinite(verdict.deviations):
@@ -136,8 +169,8 @@ def resolved_text(verdict: Verdict) -> str:
     """What was done about it where nobody was asked."""
     if verdict.slipped is not None:
         return (
-            f"The rows before {verdict.slipped} have a step from now on: of one sensor where it "
-            "is plain which, else of each."
+            f"The rows before {verdict.slipped} have a step from now on: of one sensor or of the "
+            "device where that is plain, else of each sensor."
         )
     if verdict.decided == "row":
         return f"Row {verdict.doubtful} is dropped."

@@ -3,6 +3,7 @@
 
 import shlex
 
+import numpy as np
 import pytest
 
 import symkin
@@ -201,3 +202,26 @@ def test_a_slip_that_looks_like_a_robot_beyond_its_tolerances_is_told_from_that(
     assert found <= 18
     assert session.progress.reached
     assert verdicts[-1].tolerances == 1
+
+
+def test_a_device_that_was_moved_is_named_with_the_shift_and_the_turn():
+    delta = symkin.load("linear_delta")
+    shift, turn = np.array([3e-4, -4e-4, 6e-4]), np.array([3e-3, 0.0, -4e-3])
+    session = delta.measure(6e-5, candidates=300, seed=1, observe="position", frames=["base"])
+    device = SimulatedDevice(delta, seed=2, observe="position")
+    for n, ask in zip(range(1, 40), session, strict=False):
+        row = device(ask)
+        if n >= 14:
+            seen = np.array([row[name] for name in ("x_m", "y_m", "z_m")])
+            seen += shift + np.cross(turn, seen)
+            row |= dict(zip(("x_m", "y_m", "z_m"), seen.tolist(), strict=True))
+        session.add(row)
+        session.resolve()
+    assert session.progress.reached
+    ((row, steps),) = session.slips.items()
+    assert row == 14
+    found = {each.name.partition(".")[2]: each for each in steps}
+    for name, value in zip(("x", "y", "z", "rx", "ry", "rz"), (*shift, *turn), strict=True):
+        assert found[name].value == pytest.approx(value, abs=4 * found[name].deviation)
+    assert found["z"].deviation < shift[2] / 5
+    assert "measuring device was moved at row 14" in progress_text(session, session.progress)
