@@ -64,10 +64,11 @@ def progress_text(session: Session, progress: Progress) -> str:
     share = percent(progress.confidence)
     repaired = " (after a repair)" if progress.repaired else ""
     why = progress.failure.partition(" (not shown")[0]
+    stop = "." if why or session.slips else ""
     return "\n".join(
         [
-            *_filled(f"{plural(progress.rows, 'row')}{more}{failed};  {'; '.join(parts)}"),
-            *_filled(f"Not known yet, since {why}." if why else ""),
+            *_filled(f"{plural(progress.rows, 'row')}{more}{failed};  {'; '.join(parts)}{stop}"),
+            *_filled(f"No estimate yet: {why}." if why else ""),
             *_slips(session),
             f"[{bar}]  what {share} of such robots keep{repaired}",
         ]

@@ -54,7 +54,7 @@ def test_a_first_row_that_no_robot_like_the_drawing_has_is_doubted_and_its_unit_
     found = device(session.next())
     in_mm = {name: 1e3 * found[name] for name in ("x_m", "y_m")}
     session.add(found | in_mm)
-    assert "Not known yet, since" in progress_text(session, session.progress)
+    assert "No estimate yet: " in progress_text(session, session.progress)
     assert (session.verdict.doubtful, session.verdict.likely) == (1, "x, y in mm")
     session.correct(1, session.verdict.edited, session.verdict.likely)
     assert session.verdict.fine
