@@ -90,7 +90,8 @@ def _figures(found: Estimate) -> Iterator[Image]:
             "t_values",
             "Estimated errors of all observations in their standard deviations, row by row.",
             "All observations against what the others say, in standard deviations. The lines are "
-            "where one of 1000 sound robots has any." + binned,
+            "where one of 1000 sound robots has any, by the size of all but those that are named; "
+            "these may draw others beyond them." + binned,
             plotted("t_values", found),
         )
 

@@ -203,6 +203,41 @@ def test_of_many_rows_bins_and_the_worst_are_drawn(paper):
         assert any(axes.collections for axes in figure.axes)  # what holds most of them
 
 
+def limit_of(axes):
+    below, above = (line.get_ydata()[0] for line in axes.lines if line.get_linestyle() == "--")
+    assert below == -above
+    return above
+
+
+@pytest.mark.parametrize("off", [5e-5, 1e-4, 1.5e-4, 5e-4])
+def test_what_is_named_as_a_blunder_lies_beyond_the_limit_in_its_figure(off):
+    delta = symkin.load_mechanism("linear_delta").with_device("bed probe")
+    taken = delta.simulate(delta.plan(13, candidates=300, spares=0), seed=3).measurements
+    heights = np.array(taken.heights)
+    heights[5] += off
+    found = symkin.identify(delta, replace(taken, heights=heights))
+    limit, t = limit_of(plot.t_values(found)), np.abs(np.nan_to_num(found.rows.t))
+    for named in found.outliers:
+        assert t[found.rows.pose == named.row].max() > limit
+    if not found.outliers:
+        assert t.max() < limit
+
+
+def test_the_limit_of_a_figure_is_by_the_size_of_what_is_not_named(paper):
+    plan = paper.plan(40, seed=1)
+    taken = paper.simulate(plan, seed=2).measurements.for_all_legs()
+    limits = []
+    for off in (0.0, 1e-3, 5e-3):
+        poses = np.array(taken.poses)
+        poses[5, 1] += off
+        found = symkin.identify(paper, replace(taken, poses=poses), "joint", prior="tolerances")
+        limits.append(limit_of(plot.t_values(found)))
+        t = np.abs(np.nan_to_num(found.rows.t))
+        assert {each.row for each in found.outliers} == ({5} if off else set())
+        assert t[found.rows.pose != 5].max() < limits[-1]
+    assert max(limits) < 1.1 * min(limits)
+
+
 def test_figures_are_drawn_where_they_are_told(planar_result, paper):
     whole = Figure(figsize=(8, 8))
     upper, lower = whole.subfigures(2, 1)

@@ -102,50 +102,56 @@ def _closures(found: Found, result: Diagnosed) -> tuple[Outlier, ...]:
     return tuple(sorted(outliers, key=lambda outlier: (outlier.p_value, -abs(outlier.student))))
 
 
-def blunder_limit(found: Found) -> float:
-    """Beyond which t any observation of a robot lies once in 1000 sound robots.
+def blunder_limit(found: Found, without: Sequence[Outlier] = ()) -> float:
+    """Beyond which t an observation does not fit the others, as one in 1000 sound robots has one.
 
-    Where all residuals are too large, one that is as large as the others is no blunder.
+    By the size of the others: where all residuals are too large, one that is as large as they are
+    is no blunder, and one that is far off makes the sum large by itself. `without` those that are
+    known to be.
     """
     known = max(int(np.isfinite(found.rows.t).sum()), 1)
-    return found.spread * NormalDist().inv_cdf(1 - FALSE_ALARMS / 2 / known)
+    limit = NormalDist().inv_cdf(1 - FALSE_ALARMS / 2 / known)
+    left = found.chi_square - sum(each.student**2 for each in without)
+    others = found.degrees_of_freedom - len(without) - 1
+    if others <= 0:
+        return limit * found.spread
+    # Where t is so many times the root mean square of what it leaves.
+    alone = limit * math.sqrt(max(left, 0.0) / (others + limit**2))
+    return min(limit * found.spread, max(limit, alone))
 
 
 def blunders_of(found: Found) -> Iterator[Outlier]:
-    """Give single observations that do not fit, the worst first; of a pose only the worst.
-
-    By the size of all other residuals: one that is far off makes the whole sum large.
-    """
+    """Give single observations that do not fit, the worst first; of a pose only the worst."""
     rows, numbers, space = found.rows, found.measurements.row_numbers, found.nominal.pose_space
-    t, limit, seen = np.nan_to_num(rows.t), blunder_limit(found) / found.spread, set[int]()
+    t, told = np.nan_to_num(rows.t), list[Outlier]()
     left, spare = found.chi_square, found.degrees_of_freedom
     for worst in np.argsort(-np.abs(t)).tolist():
         place, row = worst, int(rows.pose[worst])
-        if row in seen:
+        if row in {each.row for each in told}:
             continue
+        if abs(t[place]) <= blunder_limit(found, told):
+            break
         left, spare = left - float(t[place]) ** 2, spare - 1
         others = math.sqrt(max(left / spare, 1.0)) if spare > 0 else math.inf
-        spread = min(found.spread, others)
-        if abs(t[place]) <= limit * spread:
-            break
-        seen.add(row)
         # With one condition any observation of the pose may be it, and a reading is seldom typed.
         alike = np.flatnonzero((rows.pose == row) & (np.abs(t) > _ALIKE * abs(t[place])))
         place = next(
             (each for each in alike.tolist() if KINDS[rows.kind[each]] != _READINGS), place
         )
-        yield Outlier(
+        blunder = Outlier(
             row=row,
             row_number=int(numbers[row]),
             what=rows.what(place, space),
             leg=int(rows.index[place]) if KINDS[rows.kind[place]] == _READINGS else None,
             student=float(t[place]),
-            p_value=2 * NormalDist().cdf(-abs(t[place]) / spread),
+            p_value=2 * NormalDist().cdf(-abs(t[place]) / min(found.spread, others)),
             size=float(rows.blunder[place]),
             unit=rows.unit(place, space, found.nominal.reading_unit),
             place=place,
         )
-        if found.unexplained and left <= found.limit:  # what is left is far off by this one alone
+        told.append(blunder)
+        yield blunder
+        if found.unexplained and left <= found.limit:  # what is left is far off by these alone
             break
 
 

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import islice, pairwise
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -210,6 +210,8 @@ def dependence(found: Estimate, *, figure: FigureBase | None = None) -> FigureBa
 def t_values(found: Estimate, *, ax: Axes | None = None) -> Axes:
     """Draw the estimated error of every observation in standard deviations, row by row.
 
+    What does not fit the others is named, and lies beyond the lines.
+
     Parameters
     ----------
     found : Estimate
@@ -242,10 +244,11 @@ def t_values(found: Estimate, *, ax: Axes | None = None) -> Axes:
         name_points(points, names)
         label = "poses and others" if leg is None else f"leg {leg + 1}"
         handles.append(sign(marker, label, colour, 5))
-    limit = blunder_limit(found)
+    blunders = list(blunders_of(found))
+    limit = blunder_limit(found, blunders)
     for side in (-limit, limit):
         axes.axhline(side, color=ACCENT, linewidth=0.9, linestyle="--")
-    for each in islice(blunders_of(found), _NAMED):
+    for each in blunders[:_NAMED]:
         name = f" {each.what}, row {each.row_number}"
         place = (each.row_number, each.student)
         axes.annotate(name, place, fontsize=SMALL, color=INK, va="center")
