@@ -19,17 +19,7 @@ from symkin.estimate.problem import Problem
 from symkin.estimate.unknowns import BED, SAG, SCALE, Layout
 from symkin.estimate.whitened import information_of, whitened_rows
 from symkin.model.core_setup import scalar_values
-from symkin.values import Value, record
-
-__all__ = [
-    "Assumed",
-    "assumed_of",
-    "moved_by",
-    "widened",
-    "with_assumed",
-]
-
-Array = NDArray[np.float64]
+from symkin.values import Array, Value, record
 
 
 @record

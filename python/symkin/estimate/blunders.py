@@ -17,9 +17,7 @@ from symkin.errors import FailedFitError, NotIdentifiableError, SymkinError
 from symkin.estimate.fit import FALSE_ALARMS
 from symkin.estimate.options import ROBUST, Loss
 from symkin.estimate.problem import KINDS, OBSERVED, Problem, Rows, without_pose
-
-__all__ = ["estimated_noise", "without_blunders"]
-
+from symkin.values import Array
 
 _SUSPICIOUS = 3.5  # standard deviations, from which single rows are dropped
 _NOISE_STEPS = 60
@@ -100,7 +98,7 @@ def estimated_noise(problem: Problem, fit: _core.JointFit) -> tuple[Problem, _co
     poses, each iteration takes a small part of the way; the secants of the last ones take the rest
     (Anderson, J. ACM 12, 1965).
     """
-    history: list[tuple[NDArray[np.float64], NDArray[np.float64]]] = []
+    history: list[tuple[Array, Array]] = []
     told: tuple[str, ...] = ()
     for _ in range(_NOISE_STEPS):
         improved, change = _improved(problem, fit)
@@ -129,8 +127,8 @@ def estimated_noise(problem: Problem, fit: _core.JointFit) -> tuple[Problem, _co
 
 
 def _extrapolated(
-    history: list[tuple[NDArray[np.float64], NDArray[np.float64]]],
-) -> NDArray[np.float64]:
+    history: list[tuple[Array, Array]],
+) -> Array:
     """Where the steps from the places in a history would end, to first order; never far away."""
     recent = history[-1 - len(history[-1][0]) :]
     places, steps = (np.array(each) for each in zip(*recent, strict=True))
@@ -176,9 +174,7 @@ def _undeclared(taken: Measurements, rows: Rows) -> NDArray[np.bool_]:
     return np.isnan(_deviations(own, rows))
 
 
-def _deviations(
-    tables: Mapping[str, NDArray[np.float64] | None], rows: Rows
-) -> NDArray[np.float64]:
+def _deviations(tables: Mapping[str, Array | None], rows: Rows) -> Array:
     """Those of each row, out of tables by what was observed; NaN where there is none."""
     found = np.full(len(rows.pose), np.nan)
     for kind, name in enumerate(OBSERVABLES):

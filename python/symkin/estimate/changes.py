@@ -6,7 +6,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.analysis.observed import moved_poses
@@ -18,18 +17,7 @@ from symkin.estimate.found import Found
 from symkin.model.core_setup import Slopes
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import frame, rotations_from_vectors
-from symkin.values import record
-
-__all__ = [
-    "Changes",
-    "at_rest",
-    "changed_observations",
-    "changed_poses",
-    "in_last_session",
-    "slopes_found",
-]
-
-Array = NDArray[np.float64]
+from symkin.values import Array, record
 
 
 @record

@@ -13,10 +13,7 @@ from symkin import _core
 from symkin.estimate.found import Found
 from symkin.estimate.precision import Influence
 from symkin.estimate.problem import KINDS, Rows
-
-__all__ = ["closure_influence", "closure_rows"]
-
-Array = NDArray[np.float64]
+from symkin.values import Array
 
 
 class _Leg(NamedTuple):

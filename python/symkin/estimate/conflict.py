@@ -6,14 +6,9 @@ from __future__ import annotations
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin import _core
-from symkin.values import Value, record
-
-__all__ = ["LIMIT", "DrawingConflict", "after_priors", "conflict_of", "widened_by"]
-
-Array = NDArray[np.float64]
+from symkin.values import Array, Value, record
 
 _RANK = 1e-9  # of the largest singular value
 _GROWS = 1.5  # so that 87% of the intervals of trusted robots at three tolerances hold

@@ -22,23 +22,7 @@ from symkin.model.core_setup import Slopes
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import NoiseSettings
 from symkin.options import Moving
-from symkin.values import Value, record
-
-__all__ = [
-    "Covariate",
-    "clock",
-    "covariates_of",
-    "last_moves",
-    "last_session",
-    "late_clock",
-    "observations_of",
-    "sessions_of",
-    "slopes_of",
-    "step_at",
-    "steps_of",
-]
-
-Array = NDArray[np.float64]
+from symkin.values import Array, Value, record
 
 
 @record

@@ -23,11 +23,7 @@ from symkin.estimate.problem import KINDS, OBSERVED, Rows
 from symkin.estimate.solution import settled, together
 from symkin.model.mechanism import Mechanism
 from symkin.results import Result
-from symkin.values import field, record
-
-__all__ = ["CrossValidation", "cross_validation_of"]
-
-Array = NDArray[np.float64]
+from symkin.values import Array, field, record
 
 
 @record

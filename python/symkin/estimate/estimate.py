@@ -29,8 +29,6 @@ from symkin.results import FolderResult
 from symkin.storage.tables import write_table
 from symkin.values import plain, record
 
-__all__ = ["CORRECTED", "REDRAWN", "Estimate"]
-
 REDRAWN = "corrected.toml"  # the drawing without its likely mistake, if that is the cause
 CORRECTED = "corrected.csv"  # the measurements without their likely mistake, if that is the cause
 

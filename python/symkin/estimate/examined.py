@@ -7,7 +7,7 @@ import dataclasses
 from typing import Any, cast
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from symkin import _core
 from symkin.analysis.evaluation import Evaluation, closures_of, evaluate
@@ -44,11 +44,8 @@ from symkin.estimate.solution import settled, together
 from symkin.estimate.strain import Strain, strains_of
 from symkin.files.mechanism_writer import can_be_read
 from symkin.model.mechanism import Mechanism
-from symkin.values import field, record
+from symkin.values import Array, field, record
 
-__all__ = ["Examined"]
-
-Array = NDArray[np.float64]
 _OF_CROSS_VALIDATION = ("heights", "notes")  # computed from it, if there is one
 
 

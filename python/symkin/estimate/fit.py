@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.analysis.checks import undefined_angles
@@ -22,18 +21,7 @@ from symkin.model.core_setup import core_setup, scalar_values
 from symkin.model.file_frames import with_correlations, with_moved_workspace
 from symkin.model.mechanism import Mechanism
 from symkin.model.tolerances import noise_of, parameter_tolerances
-
-__all__ = [
-    "FALSE_ALARMS",
-    "LOOK_FOR",
-    "as_mechanism",
-    "by_leg",
-    "calibrated_mechanism",
-    "changed_settings",
-    "core_measurements",
-]
-
-Array = NDArray[np.float64]
+from symkin.values import Array
 
 # Share of sound robots that one kind of test doubts, such as that of all parameters' distances.
 FALSE_ALARMS = 1e-3

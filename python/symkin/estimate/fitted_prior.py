@@ -20,11 +20,7 @@ from symkin.estimate.unknowns import Layout, widening_of
 from symkin.model.mechanism import Mechanism
 from symkin.model.symmetry.roles import role_images
 from symkin.model.tolerances import parameter_tolerances
-from symkin.values import Value, field, record
-
-__all__ = ["CommonShare", "FittedPrior", "fitted_prior"]
-
-Array = NDArray[np.float64]
+from symkin.values import Array, Value, field, record
 
 _SCALES = np.geomspace(0.25, 4, 9)
 _USUAL = 2.0  # times as large, or as small, as stated: a standard deviation of tolerances

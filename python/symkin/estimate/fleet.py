@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin import present
 from symkin.data.measurements import Measurements
@@ -42,11 +41,7 @@ from symkin.options import Estimator, Gauge, Loss, LossPer, PoseUse, Sensor, che
 from symkin.results import Result
 from symkin.storage.output_files import OutputFiles
 from symkin.storage.tables import TableSource, write_table
-from symkin.values import field, record
-
-__all__ = ["Fleet", "identify_many"]
-
-Array = NDArray[np.float64]
+from symkin.values import Array, field, record
 
 
 @record

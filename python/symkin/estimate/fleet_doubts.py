@@ -22,10 +22,7 @@ from symkin.estimate.options import EstimateOptions
 from symkin.model.framing import unframed
 from symkin.model.mechanism import Mechanism
 from symkin.model.tolerances import UNKNOWN, parameter_tolerances
-
-__all__ = ["doubted", "examined", "impossible", "suspects"]
-
-Array = NDArray[np.float64]
+from symkin.values import Array
 
 _LARGEST_ANGLE = 1e9  # beyond it the canonical form of an angle is noise
 _EXAMINED = 20  # robots: a fleet of which more are doubted has one cause, or a wrong drawing

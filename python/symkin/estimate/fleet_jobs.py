@@ -10,7 +10,6 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.cluster import dask_client, require_version, spread
@@ -20,11 +19,9 @@ from symkin.estimate.options import EstimateOptions
 from symkin.model.framing import unframed
 from symkin.model.mechanism import Mechanism
 from symkin.model.tolerances import noise_of
+from symkin.values import Array
 from symkin.version import version
 
-__all__ = ["Identified", "Job", "Robots", "identifying"]
-
-Array = NDArray[np.float64]
 Robots = Mapping[str, Measurements | str]
 Identified = tuple[list[str], dict[str, Array], dict[int, FoundTogether]]
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin.data.measurements import Measurements
 from symkin.estimate.evidence.findings import Doubt
@@ -21,8 +20,7 @@ from symkin.estimate.workshop import Share, share_of
 from symkin.model.canonical import canonical
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import IdentificationSettings, unusual
-
-__all__ = ["COLUMNS", "FleetPart", "asked_of", "numbered", "part_of", "shares_of"]
+from symkin.values import Array
 
 COLUMNS = (
     "parameters",
@@ -40,7 +38,7 @@ class FleetPart:
 
     names: tuple[str, ...]
     failures: Sequence[str]
-    columns: Mapping[str, NDArray[np.float64]]
+    columns: Mapping[str, Array]
     doubts: Mapping[int, tuple[Doubt, ...]]
     together: Mapping[int, FoundTogether]
     unread: Mapping[tuple[str, ...], list[str]]

@@ -16,8 +16,6 @@ from symkin.model.settings import MeasurementColumns
 from symkin.storage.table_blocks import table_blocks
 from symkin.storage.tables import Table, TableSource, read_table
 
-__all__ = ["RowsApartError", "robots_given", "robots_of_files", "robots_of_table"]
-
 _ROWS = 60_000  # of robots that are identified together
 
 

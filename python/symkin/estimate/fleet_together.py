@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin.analysis.evaluation import closures_of
 from symkin.data.measurements import Measurements
@@ -18,11 +17,7 @@ from symkin.estimate.identification import identify
 from symkin.estimate.options import EstimateOptions
 from symkin.model.framing import unframed
 from symkin.model.mechanism import Mechanism
-from symkin.values import Value, record
-
-__all__ = ["FoundTogether", "found_together", "surroundings_of"]
-
-Array = NDArray[np.float64]
+from symkin.values import Array, Value, record
 
 
 @record

@@ -21,11 +21,8 @@ from symkin.estimate.parameters import Unknown
 from symkin.estimate.problem import Rows
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import Frames, NoiseSettings
-from symkin.values import FrozenMapping, Value, field, record
+from symkin.values import Array, FrozenMapping, Value, field, record
 
-__all__ = ["Found", "GoodnessOfFit", "Latent", "LegFit", "M", "total_of"]
-
-Array = NDArray[np.float64]
 # What is identified: a mechanism, or what is derived from one, and the estimate has it again.
 M = TypeVar("M", bound=Mechanism, default=Mechanism, covariant=True)
 

@@ -43,9 +43,6 @@ from symkin.model.mechanism import Mechanism
 from symkin.model.settings import IdentificationSettings, NoiseSettings, unusual
 from symkin.options import checks
 
-__all__ = ["cross_validate", "identify", "identify_legs"]
-
-
 Nominal = TypeVar("Nominal", bound=Mechanism, default=Mechanism)
 
 

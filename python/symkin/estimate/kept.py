@@ -7,8 +7,6 @@ import functools
 from collections.abc import Callable
 from typing import Any, Concatenate, ParamSpec, TypeVar
 
-__all__ = ["once"]
-
 _Owner = TypeVar("_Owner")
 _Asked = ParamSpec("_Asked")
 _Result = TypeVar("_Result")

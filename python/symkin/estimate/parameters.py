@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from typing import ClassVar, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin.estimate.problem import UNSEEN
 from symkin.estimate.sharing import sum_in_words
@@ -16,11 +15,7 @@ from symkin.estimate.unknowns import CONSTANT, REDUNDANT, Layout
 from symkin.model.core_setup import core_setup, scalar_values
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import Frames
-from symkin.values import Value, field, record
-
-__all__ = ["Status", "Unknown", "shared_by_role", "unknowns_of"]
-
-Array = NDArray[np.float64]
+from symkin.values import Array, Value, field, record
 
 # A deviation beyond this share of the prior's says that the data told next to nothing, and one
 # beyond the other that they told less than the prior did, or not much more.

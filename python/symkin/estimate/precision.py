@@ -8,7 +8,6 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.analysis.observability import name_combination
@@ -27,26 +26,7 @@ from symkin.estimate.problem import KINDS, OBSERVED, Problem
 from symkin.estimate.survey import HeldByPriors, Survey, form_of
 from symkin.estimate.whitened import information_of, typical_sizes, whitened_rows
 from symkin.model.mechanism import Mechanism
-from symkin.values import Value, field, record
-
-__all__ = [
-    "BudgetLine",
-    "Correlation",
-    "Direction",
-    "Expected",
-    "Heights",
-    "Influence",
-    "Shown",
-    "correlations_of",
-    "directions_of",
-    "expected_over",
-    "heights_of",
-    "in_words",
-    "promising",
-    "survey_of",
-]
-
-Array = NDArray[np.float64]
+from symkin.values import Array, Value, field, record
 
 _SAMPLES = 4000  # poses of the workspace over which accuracy is expected
 _CORRELATED = 10

@@ -33,21 +33,7 @@ from symkin.model.poses import (
     vectors_from_rotations,
 )
 from symkin.model.settings import Frames, NoiseSettings
-from symkin.values import Value, record
-
-__all__ = [
-    "KINDS",
-    "OBSERVED",
-    "UNSEEN",
-    "Problem",
-    "Rows",
-    "layout_of",
-    "observed_count",
-    "own_readings",
-    "without_pose",
-]
-
-Array = NDArray[np.float64]
+from symkin.values import Array, Value, record
 
 OBSERVED = tuple(OBSERVABLES)
 # As those, and what an estimator that looks at each leg alone makes of a pose and a reading.

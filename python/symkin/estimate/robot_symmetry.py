@@ -23,11 +23,7 @@ from symkin.model.poses import transforms
 from symkin.model.symmetry import SymmetryPair, symmetry_pairs
 from symkin.model.tolerances import parameter_tolerances
 from symkin.results import Result
-from symkin.values import Value, plain, record
-
-__all__ = ["ElementTest", "ErrorKind", "RobotSymmetry", "robot_symmetry"]
-
-Array = NDArray[np.float64]
+from symkin.values import Array, Value, plain, record
 
 _POSES = 60
 _SMALL = 1e-9  # of the largest eigenvalue, or of a closure: what is zero but for rounding

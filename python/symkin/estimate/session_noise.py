@@ -7,7 +7,6 @@ import dataclasses
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.data.measurements import Measurements
@@ -16,8 +15,7 @@ from symkin.errors import SymkinError
 from symkin.estimate.covariates import sessions_of
 from symkin.estimate.problem import OBSERVED, Problem, Rows
 from symkin.model.settings import NoiseSettings
-
-__all__ = ["noise_of_sessions"]
+from symkin.values import Array
 
 _STEPS = 30
 _STILL = 1e-3  # change of a factor's logarithm, in its own standard deviations
@@ -77,7 +75,7 @@ def noise_of_sessions(
     )
 
 
-def _in_deviations(problem: Problem, rows: Rows) -> NDArray[np.float64]:
+def _in_deviations(problem: Problem, rows: Rows) -> Array:
     """Residuals over their standard deviations; NaN of what is exact."""
     deviations = np.full(len(rows.pose), np.nan)
     found = problem.measurements.standard_deviations(problem.noise)
@@ -90,9 +88,7 @@ def _in_deviations(problem: Problem, rows: Rows) -> NDArray[np.float64]:
     return np.asarray(rows.residual / deviations)
 
 
-def _scaled(
-    measurements: Measurements, noise: NoiseSettings, factors: NDArray[np.float64]
-) -> Measurements:
+def _scaled(measurements: Measurements, noise: NoiseSettings, factors: Array) -> Measurements:
     """With the deviations of every row times its factor."""
     if noise.along is not None:
         raise SymkinError(

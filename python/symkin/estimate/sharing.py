@@ -6,7 +6,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import SymkinError, did_you_mean
@@ -14,8 +13,7 @@ from symkin.estimate.ties import ONE_DRAW, meaning_of
 from symkin.model.mechanism import Mechanism
 from symkin.model.symmetry.roles import RoleImage, role_images
 from symkin.model.tolerances import parameter_tolerances
-
-__all__ = ["followers_by_role", "sum_in_words", "ties_by_role", "written_tie"]
+from symkin.values import Array
 
 _BY_ROLE = " by role"  # of a tie: behind the name of a parameter
 
@@ -179,7 +177,7 @@ class _Roles:
             return {first: float(start.sign * image.sign * (1 if even else counted))}
         return self._carried(first, scalar, _between(start, image))
 
-    def _carried(self, first: int, scalar: int, by: NDArray[np.float64]) -> dict[int, float]:
+    def _carried(self, first: int, scalar: int, by: Array) -> dict[int, float]:
         origin, own = self._leg_and_name(first)
         leg, _ = self._leg_and_name(scalar)
         row = by[self.names.index(own)]
@@ -214,7 +212,7 @@ class _Roles:
                 f"{self.scalars[other].partition('.')[2]} too"
             )
 
-    def _require_free(self, name: str, leg: int, moved: NDArray[np.float64]) -> None:
+    def _require_free(self, name: str, leg: int, moved: Array) -> None:
         """Refuse what would move a parameter of the leg that the sensor's offset stands for."""
         roles = self.mechanism.parameter_roles(leg)
         for place, role in enumerate(roles):
@@ -231,7 +229,7 @@ class _Roles:
         return found
 
 
-def _between(start: RoleImage, image: RoleImage) -> NDArray[np.float64]:
+def _between(start: RoleImage, image: RoleImage) -> Array:
     """Derivatives of one leg's parameters by another's of the same orbit."""
     given = np.asarray(np.isfinite(start.by).all(axis=1))
     inverse = np.linalg.pinv(np.where(given.reshape(-1, 1), start.by, np.eye(len(start.by))))

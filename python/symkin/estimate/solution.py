@@ -7,7 +7,6 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.analysis.homes import with_usable_home
@@ -35,10 +34,7 @@ from symkin.model.file_frames import with_correlations
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import NoiseSettings
 from symkin.model.symmetry import verify_declared
-
-__all__ = ["computed_from_drawing", "settled", "together"]
-
-Array = NDArray[np.float64]
+from symkin.values import Array
 
 
 def together(

@@ -24,10 +24,7 @@ from symkin.model.poses import (
     transforms,
 )
 from symkin.model.settings import Frames, NoiseSettings
-
-__all__ = ["setup_by_points", "starting_poses"]
-
-Array = NDArray[np.float64]
+from symkin.values import Array
 
 _PARTS = 4  # of the way from a start,
 _MORE = 8  # and steps at its end, at most

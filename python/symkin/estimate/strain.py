@@ -14,8 +14,6 @@ from symkin.estimate.ties import equation_of
 from symkin.storage.quantities import evaluate_quantity
 from symkin.values import Value, record
 
-__all__ = ["Strain", "strains_of"]
-
 _SILENT = 1e-6  # share of a tie's variance that all else took away, at least
 
 

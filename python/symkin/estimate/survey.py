@@ -40,22 +40,7 @@ from symkin.model.core_setup import core_setup, scalar_values
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import frame, pose_rows, transforms
 from symkin.model.settings import Frames, unusual
-from symkin.values import Value, field, record
-
-__all__ = [
-    "SILENT",
-    "HeldByPriors",
-    "PlannedUnknown",
-    "Survey",
-    "Unknowns",
-    "adjoint",
-    "form_of",
-    "placed",
-    "without_motions",
-]
-
-Array = NDArray[np.float64]
-
+from symkin.values import Array, Value, field, record
 
 FIRST_ROW = 2  # of a table that symkin writes, below its header
 _RANK = 1e-9  # of the largest singular value, with the unknowns in their tolerances

@@ -12,17 +12,6 @@ from typing import NamedTuple
 from symkin.errors import SymkinError, did_you_mean
 from symkin.storage.quantities import evaluate_quantity
 
-__all__ = [
-    "MEASURED",
-    "ONE_DRAW",
-    "Equation",
-    "Solved",
-    "equation_of",
-    "equations_of",
-    "meaning_of",
-    "solved",
-]
-
 _NAME = re.compile(r"[A-Za-z_][\w.]*[A-Za-z_]\w*|[A-Za-z_]\w*")
 _NOTHING = 1e-9  # of an equation's size: it says nothing, or its sides agree
 _WHOLE = 1e-12  # of a factor, to which rounding may have moved it

@@ -22,7 +22,7 @@ from symkin.model.settings import IdentificationSettings
 from symkin.model.tolerances import parameter_tolerances
 from symkin.options import Frame, Gauge, LossPer, Prior, Sensor
 from symkin.storage.quantities import evaluate_quantity
-from symkin.values import Value, field, record
+from symkin.values import Array, Value, field, record
 
 __all__ = [
     "BED",
@@ -44,7 +44,6 @@ __all__ = [
     "with_file_settings",
 ]
 
-Array = NDArray[np.float64]
 Priors = str | Mapping[str, float | str]
 
 FRAMES: tuple[str, ...] = get_args(Frame)

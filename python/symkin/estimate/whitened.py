@@ -6,15 +6,12 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.estimate.problem import Problem
 from symkin.estimate.unknowns import Layout
+from symkin.values import Array
 
-__all__ = ["information_of", "typical_sizes", "whitened_rows"]
-
-Array = NDArray[np.float64]
 _RANK = 1e-12  # of the largest eigenvalue, with the unknowns in their typical sizes
 
 

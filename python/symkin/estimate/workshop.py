@@ -8,16 +8,11 @@ from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import SymkinError
 from symkin.estimate.found import Found
-from symkin.values import Value, record
-
-__all__ = ["MadeWithin", "Share", "share_of", "tolerances_of", "workshop_tolerances"]
-
-Array = NDArray[np.float64]
+from symkin.values import Array, Value, record
 
 _SEEN = 0.7  # standard deviation of a factor's logarithm, beyond which the fleet does not show it
 _LEAST = 1e-9  # eigenvalue of a covariance in tolerances that is inverted

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any, Literal, Unpack
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from symkin.analysis.observed import Observable, Observed
 from symkin.analysis.probing import with_probing_defaults
@@ -38,10 +38,7 @@ from symkin.planning.selection import (
     clearance,
     design_tasks,
 )
-
-__all__ = ["SETTINGS", "measure"]
-
-Array = NDArray[np.float64]
+from symkin.values import Array
 
 SETTINGS = "session.json"
 _DIGESTS = ("drawing or unknowns", "candidates")  # which say nothing to a person

@@ -18,19 +18,6 @@ from symkin.estimate.evidence.changes import change_tests
 from symkin.model.mechanism import Mechanism
 from symkin.values import Value, record
 
-__all__ = [
-    "Verdict",
-    "edits_of",
-    "explains",
-    "explains_more",
-    "judged",
-    "rather_slipped",
-    "slipped_from",
-    "steady_legs",
-    "tolerances_factor",
-    "worst_row",
-]
-
 _TOLD = 17  # rows from which on no single one can spoil the comparison with the drawing
 _FARTHEST = 10.0  # times the tolerances: where fewer rows say so they are in another unit, rather
 _FALSE = 0.01  # sessions in which a sound row is doubted

@@ -23,11 +23,7 @@ from symkin.guided.regions import Regions
 from symkin.model.mechanism import Mechanism
 from symkin.planning.completion import Completing
 from symkin.planning.visiting import visiting_order
-from symkin.values import record
-
-__all__ = ["Chooser", "Target"]
-
-Array = NDArray[np.float64]
+from symkin.values import Array, record
 
 _AHEAD = 5  # poses that are chosen together and visited by a short way
 _MOST = 60  # poses that are planned at most

@@ -24,8 +24,6 @@ from symkin.model.file_frames import as_drawn
 from symkin.shell import words_of
 from symkin.values import record
 
-__all__ = ["VERSION", "Device", "DeviceError", "Failed", "Measured"]
-
 VERSION = 1
 _PATIENCE = 60.0  # s, unless the device says another
 _PARTING = 5.0  # s, until a program that was told to end is ended

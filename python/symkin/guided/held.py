@@ -9,8 +9,6 @@ from pathlib import Path
 
 from symkin.storage.output_files import only_one
 
-__all__ = ["Held", "held"]
-
 _LOCK = "lock"
 _OF_THIS_PROCESS: weakref.WeakValueDictionary[Path, Held] = weakref.WeakValueDictionary()
 

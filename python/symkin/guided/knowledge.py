@@ -33,8 +33,6 @@ from symkin.model.mechanism import Mechanism
 from symkin.model.settings import Tolerances
 from symkin.values import record
 
-__all__ = ["TAKEN_AS", "Knowledge", "Known"]
-
 TAKEN_AS = "taken as "  # begins the remark of a row that was put right
 _LOOKED_AT = 6  # rows, from the last, of which one may keep all others from being fitted
 _TRIED = 3  # edits, the most likely ones, that are fitted

@@ -17,9 +17,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Regions"]
+from symkin.values import Array
 
-Array = NDArray[np.float64]
 Places = NDArray[np.intp]
 
 _NONE = 0.5  # probability that there is no region

@@ -8,7 +8,6 @@ from collections.abc import Mapping
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin.analysis.observed import Observed
 from symkin.data.columns import own_pose_columns, read_pose_values
@@ -20,11 +19,8 @@ from symkin.errors import MeasurementError, SymkinError
 from symkin.model.file_frames import from_drawing
 from symkin.model.mechanism import Mechanism
 from symkin.storage.tables import read_table
-from symkin.values import record
+from symkin.values import Array, record
 
-__all__ = ["Cells", "RowFormat"]
-
-Array = NDArray[np.float64]
 Cells = dict[str, str]
 _READING = "psi_"
 

@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin.data.measurements import Measurements
 from symkin.data.tries import BACK, DROPPED, LINK, ROW, STATUS, TIME, UNDONE
@@ -27,11 +26,10 @@ from symkin.guided.knowledge import TAKEN_AS, Knowledge, Known
 from symkin.guided.rows import RowFormat
 from symkin.guided.tries_table import AVOID, KEPT, SLIPPED, Failure, TriesTable
 from symkin.model.mechanism import Mechanism
-from symkin.values import Value, record
+from symkin.values import Array, Value, record
 
 __all__ = ["Ask", "Failure", "Progress", "Session"]
 
-Array = NDArray[np.float64]
 
 LEAST_DEGREES = 20  # of freedom, before anything may stop by a noise that was estimated
 _CLOSING, _MOST_CLOSING = 2, 4  # of the first poses, measured again in the end; see below

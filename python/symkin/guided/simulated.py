@@ -19,8 +19,6 @@ from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.model.mechanism import Mechanism
 from symkin.planning.simulation import disturb
 
-__all__ = ["SimulatedDevice"]
-
 
 class SimulatedDevice:
     """Measures what a robot would do; a callable that takes an `Ask`.

@@ -21,8 +21,6 @@ from symkin.data.tries import BACK, COUNTING, LINK, NOTES, ROW, STATUS, TIME, co
 from symkin.errors import MeasurementError, SymkinError
 from symkin.model.mechanism import Mechanism
 
-__all__ = ["AVOID", "KEPT", "SLIPPED", "Failure", "TriesTable"]
-
 # Lines that say something of another line, whose number they have.
 SLIPPED, KEPT = "slipped", "kept"
 _REMARKS = (*BACK, SLIPPED, KEPT)

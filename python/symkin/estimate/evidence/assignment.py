@@ -6,10 +6,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["assigned"]
+from symkin.values import Array
 
 
-def assigned(costs: NDArray[np.float64]) -> NDArray[np.intp]:
+def assigned(costs: Array) -> NDArray[np.intp]:
     """Give each row a column of its own at the least total of finite costs, (n, n); shape (n,).
 
     By shortest augmenting paths (Jonker and Volgenant, Computing 38, 1987).

@@ -8,7 +8,6 @@ import itertools
 from typing import NamedTuple, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin.analysis.reflectors import body_of, in_three, is_tracked, motions_of, whole
 from symkin.data.measurements import Measurements
@@ -18,10 +17,7 @@ from symkin.estimate.options import EstimateOptions
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import Transform, poses_of
 from symkin.model.settings import Frames, NoiseSettings
-
-__all__ = ["AsPoses"]
-
-Array = NDArray[np.float64]
+from symkin.values import Array
 
 _FAR = 5.0  # times as large as the same body in other rows: in another unit
 _LEAST = 0.25  # of the rows are in the unit that is taken for the usual one

@@ -36,26 +36,8 @@ from symkin.model.core_setup import core_setup, scalar_names
 from symkin.model.framing import framed, unframed
 from symkin.model.poses import Transform, between, frame, transforms
 from symkin.model.settings import Frames
-from symkin.values import Value, field, record
+from symkin.values import Array, Value, field, record
 
-__all__ = [
-    "CHANGES",
-    "ChangeTest",
-    "Rows",
-    "Term",
-    "asked_for",
-    "change_tests",
-    "doubts_of_changes",
-    "largest_of_steps",
-    "rows_of_changes",
-    "step_scores",
-    "terms_of_changes",
-    "thousandths",
-    "usual",
-    "whole_change",
-]
-
-Array = NDArray[np.float64]
 _TRIM = 2  # rows before the first and after the last step that is looked for
 _RANK = 1e-9  # of the largest singular value
 _SILENT = 1e-6  # of a column: the unknowns explain all of it

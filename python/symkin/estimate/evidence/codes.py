@@ -11,8 +11,6 @@ from collections.abc import Mapping
 from types import MappingProxyType
 from typing import NamedTuple
 
-__all__ = ["CAUSES", "DOUBTS", "NOTES", "Code"]
-
 
 class Code(NamedTuple):
     """What is said in a sentence, and what to do about it, if there is anything.

@@ -36,15 +36,6 @@ from symkin.estimate.problem import observed_count
 from symkin.model.mechanism import Mechanism
 from symkin.values import Value, field, record
 
-__all__ = [
-    "Budget",
-    "Hypothesis",
-    "corrected_table",
-    "explained",
-    "hypotheses_of",
-    "likely_cause",
-]
-
 _TOO_GOOD = 0.1  # per degree of freedom; with few degrees it may be chance
 # Causes that say of a parameter of some legs that the drawing has it wrong.
 _OF_THE_DRAWING = {"gain": "sensor_gain", "zero": "sensor_offset"}

@@ -12,7 +12,6 @@ import itertools
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import SymkinError
@@ -20,10 +19,8 @@ from symkin.estimate.evidence.changes import Rows, rows_of_changes, usual
 from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.evidence.sag import SAG_ALARMS, places_of
 from symkin.estimate.found import Found
+from symkin.values import Array
 
-__all__ = ["distortion_that_explains"]
-
-Array = NDArray[np.float64]
 _SEEN = 1e-3  # of a field, at least, that other unknowns leave
 _CLEAR = 4.0  # standard deviations of a term that is named
 

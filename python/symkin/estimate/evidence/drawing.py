@@ -10,7 +10,6 @@ from statistics import NormalDist
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import SymkinError, few, unknowns_by_name
@@ -24,18 +23,7 @@ from symkin.estimate.solution import computed_from_drawing
 from symkin.estimate.strain import strains_of
 from symkin.model.poses import POSE_SPACES, cross_matrices, transforms
 from symkin.model.tolerances import UNKNOWN, parameter_tolerances
-
-__all__ = [
-    "hiding_noise",
-    "implausible_parameters",
-    "scale_in_words",
-    "strained_ties",
-    "unknown_parameters",
-    "unneeded_parameters",
-    "weak_parameters",
-]
-
-Array = NDArray[np.float64]
+from symkin.values import Array
 
 _NAMED = 3
 _LISTED = 6

@@ -11,7 +11,6 @@ from collections.abc import Callable, Collection, Iterator, Sequence
 from functools import cache, partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.analysis.workspace import best_homes
@@ -27,10 +26,7 @@ from symkin.estimate.evidence.trial import Cause, Correction
 from symkin.estimate.options import EstimateOptions
 from symkin.model.mechanism import Mechanism
 from symkin.model.turns import turn_of
-
-__all__ = ["corrections_of", "in_modes", "pairs_of"]
-
-Array = NDArray[np.float64]
+from symkin.values import Array
 
 _FEW_LEGS = 4  # of which any combination is tried
 _WIDE_GAIN = 1.0  # of the sensor's gain, where it is in question

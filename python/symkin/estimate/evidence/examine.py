@@ -76,8 +76,6 @@ from symkin.estimate.options import EstimateOptions
 from symkin.estimate.solution import together
 from symkin.model.mechanism import Mechanism
 
-__all__ = ["Evidence", "Noticed", "judged", "noticed"]
-
 # Standard deviations: with residuals of this size something else is wrong than a term.
 _GROSS = 30
 _AS_LIKELY = math.exp(-BETTER / 2)  # of probabilities that may be taken for equal

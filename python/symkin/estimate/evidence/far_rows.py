@@ -19,10 +19,7 @@ from symkin.estimate.evidence.trial import Correction
 from symkin.model.framing import framed, unframed
 from symkin.model.poses import transforms
 from symkin.model.turns import shortest_ways
-
-__all__ = ["without_far_rows"]
-
-Array = NDArray[np.float64]
+from symkin.values import Array
 
 _MOST = 0.25  # of the rows: more than that are no errors of single rows
 _FAR = (30.0, 6.0)  # times as far off as most rows

@@ -15,8 +15,6 @@ from symkin.options import flags_of
 from symkin.present import asker
 from symkin.values import Value, field, record
 
-__all__ = ["Doubt", "Note", "of_readings"]
-
 _LISTED = 8
 
 

@@ -17,14 +17,6 @@ from symkin.estimate.found import Found, GoodnessOfFit
 from symkin.estimate.problem import KINDS, observed_count
 from symkin.estimate.solution import settled
 
-__all__ = [
-    "CONDITION_LIMIT",
-    "doubts_of_noise",
-    "doubts_of_poses",
-    "doubts_of_size",
-    "unexplained_rows",
-]
-
 # Beyond this the parameters of a leg are told apart only by digits that no measurement has.
 CONDITION_LIMIT = 1e5
 # With fewer poses to spare, a noise three times larger than declared would often pass.

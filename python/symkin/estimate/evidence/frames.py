@@ -15,8 +15,6 @@ from symkin.estimate.options import EstimateOptions
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import PoseSpace
 
-__all__ = ["frame_doubt", "only", "with_frames"]
-
 
 def with_frames(
     mechanism: Mechanism, measurements: Measurements, options: EstimateOptions

@@ -22,8 +22,6 @@ from symkin.estimate.options import EstimateOptions, Estimator
 from symkin.estimate.problem import observed_count
 from symkin.estimate.solution import together
 
-__all__ = ["gross_errors"]
-
 # Chi-square per degree of freedom from which gross errors are looked for by a robust loss.
 _CHI_SQUARE = 9.0
 _PLAIN = 100.0  # the same of single observations, of which more could be left out of a larger noise

@@ -13,8 +13,6 @@ from symkin.estimate.evidence.sessions import leaves_little
 from symkin.estimate.found import Found
 from symkin.estimate.solution import together
 
-__all__ = ["late_that_explains"]
-
 
 def late_that_explains(found: Found) -> list[Doubt]:
     """That a clock is off, if an estimate with its offset leaves hardly more than noise."""

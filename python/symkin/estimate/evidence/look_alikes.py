@@ -19,8 +19,6 @@ from symkin.estimate.evidence.table_edits import scaled
 from symkin.estimate.evidence.trial import SECOND, Correction
 from symkin.options.words import Sensor
 
-__all__ = ["look_alikes"]
-
 _SENSORS: Mapping[Sensor, str] = {"quadratic": "sensor-curved", "eccentric": "sensor-eccentric"}
 _SHARE = 1e-3  # of the lengths, by which chi-square is taken to be a parabola
 

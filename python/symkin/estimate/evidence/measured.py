@@ -25,25 +25,7 @@ from symkin.model.framing import unframed
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import NoiseSettings
 from symkin.model.turns import shortest_ways, turn_of, turned_home
-
-__all__ = [
-    "Taken",
-    "coarse_readings",
-    "copied_columns",
-    "copied_rows",
-    "copies",
-    "lost_turns",
-    "nearer_other_root",
-    "other_modes",
-    "signs_of_mistakes",
-    "taken_as_drawn",
-    "taken_from",
-    "turns_in_words",
-    "with_lost_turns",
-    "with_modes",
-]
-
-Array = NDArray[np.float64]
+from symkin.values import Array
 
 # Two measurements of one pose differ by the noise; nearer than this share of it they are copies.
 _COPIED = 1e-3

@@ -20,8 +20,6 @@ from symkin.estimate.problem import Problem
 from symkin.model.mechanism import Mechanism
 from symkin.values import Value, field, record
 
-__all__ = ["Fitting", "Model", "help_of", "model_of", "models_of"]
-
 _FOLDS = 5
 
 

@@ -21,8 +21,6 @@ from symkin.estimate.problem import Problem
 from symkin.estimate.unknowns import BED, SAG, SCALE
 from symkin.model.symmetry.groups import detect_symmetry
 
-__all__ = ["notes_of"]
-
 _AS_GOOD = 9.0  # more of chi-square: an order of the legs that cannot be told from another
 _TURNS = ("base.phi", "base.rz")
 _LISTED = 6

@@ -11,7 +11,6 @@ import dataclasses
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import SymkinError
@@ -20,10 +19,7 @@ from symkin.estimate.evidence.trial import Correction
 from symkin.model.framing import unframed
 from symkin.model.mechanism import Mechanism
 from symkin.model.tolerances import parameter_tolerances
-
-__all__ = ["numbers_of_the_drawing", "sensors_off"]
-
-Array = NDArray[np.float64]
+from symkin.values import Array
 
 _FAR = 3.0  # tolerances, by which at least a number is drawn wrong and not made so
 _WIDE = 1.0  # of an angle, rad

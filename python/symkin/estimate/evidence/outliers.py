@@ -18,15 +18,6 @@ from symkin.estimate.found import Found
 from symkin.estimate.problem import KINDS, Rows
 from symkin.values import Value, field, record
 
-__all__ = [
-    "Outlier",
-    "blunder_limit",
-    "blunders_of",
-    "doubts_of_rows",
-    "explain_all",
-    "outliers_of",
-]
-
 _NAMED = 5
 _READINGS = "readings"
 _ASIDE = 0.1  # of the rows, if not one

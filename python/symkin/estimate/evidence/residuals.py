@@ -23,21 +23,7 @@ from symkin.estimate.fit import FALSE_ALARMS
 from symkin.estimate.found import Found
 from symkin.model.framing import unframed
 from symkin.model.tolerances import noise_of
-from symkin.values import Value, field, record
-
-__all__ = [
-    "ALARMS",
-    "BETTER",
-    "HARMFUL",
-    "Diagnosed",
-    "Help",
-    "ResidualTest",
-    "diagnosed",
-    "doubts_of_residuals",
-    "tests_of",
-]
-
-Array = NDArray[np.float64]
+from symkin.values import Array, Value, field, record
 
 # Of a wider model, in words: by how much it helps at unseen poses; None if it does harm there.
 Help = Callable[[str], str | None]

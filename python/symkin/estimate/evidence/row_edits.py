@@ -19,10 +19,7 @@ from symkin.estimate.evidence.trial import Correction
 from symkin.model.framing import framed, unframed
 from symkin.model.mechanism import Mechanism
 from symkin.model.turns import shortest_ways
-
-__all__ = ["edits_of_rows"]
-
-Array = NDArray[np.float64]
+from symkin.values import Array
 
 _LATE = 3  # rows, of all readings
 _LATE_ALONE = 2  # of one leg's

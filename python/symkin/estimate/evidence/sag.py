@@ -11,7 +11,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import SymkinError
@@ -20,10 +19,8 @@ from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.evidence.residuals import ALARMS
 from symkin.estimate.found import Found
 from symkin.model.framing import unframed
+from symkin.values import Array
 
-__all__ = ["SAG_ALARMS", "columns_of_sag", "doubts_of_sag", "places_of"]
-
-Array = NDArray[np.float64]
 SAG_ALARMS = ALARMS / 5
 _SEEN = 1e-3  # of a column, at least, that other unknowns leave
 

@@ -21,11 +21,7 @@ from symkin.model.mechanism import Mechanism
 from symkin.model.settings import NoiseSettings
 from symkin.model.tolerances import parameter_tolerances
 from symkin.model.turns import turn_of
-from symkin.values import record
-
-__all__ = ["FIRST", "Screen", "ShortList", "agrees"]
-
-Array = NDArray[np.float64]
+from symkin.values import Array, record
 
 _KEPT = 8  # of the edits, by their distance from the drawing
 _FRAMED = 12  # of those with unknown frames

@@ -24,19 +24,8 @@ from symkin.estimate.evidence.residuals import ALARMS
 from symkin.estimate.fit import FALSE_ALARMS
 from symkin.estimate.found import Found
 from symkin.estimate.solution import together
-from symkin.values import Value, record
+from symkin.values import Array, Value, record
 
-__all__ = [
-    "SESSIONS",
-    "SessionTest",
-    "doubts_of_sessions",
-    "leaves_little",
-    "session_tests",
-    "shift_is_shown",
-    "shift_that_explains",
-]
-
-Array = NDArray[np.float64]
 _NAMED = 0.01  # p of a block with the other taken out, below which it is named
 _SHOWN = 5.0  # standard deviations, of a shift that explains what others do not
 _NEARLY = 0.01  # of what noise does not explain: what is left of it is another matter

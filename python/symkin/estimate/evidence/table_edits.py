@@ -9,7 +9,6 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin.analysis.conventions import (
     ORDERS,
@@ -32,10 +31,7 @@ from symkin.model.poses import (
     vectors_from_quaternions,
     vectors_from_rotations,
 )
-
-__all__ = ["edits_of_poses", "rarer_edits", "scaled", "with_readings"]
-
-Array = NDArray[np.float64]
+from symkin.values import Array
 
 _UNITS = {1e-3: "millimetres", 1e3: "a thousandth of what they should be"}
 _RARER_UNITS = {1e-2: "centimetres", 25.4e-3: "inches"}

@@ -25,10 +25,8 @@ from symkin.estimate.unknowns import Layout
 from symkin.model.core_setup import core_setup
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import NoiseSettings
+from symkin.values import Array
 
-__all__ = ["LITTLE", "SECOND", "Cause", "Correction", "Statement", "per_degree"]
-
-Array = NDArray[np.float64]
 Cause = Doubt | Callable[[_core.JointFit], Doubt | None]  # which may depend on the fit
 
 LITTLE = 9.0  # of chi-square per degree: what more leaves explains nothing

@@ -8,7 +8,6 @@ from statistics import NormalDist
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin.errors import SymkinError, few
 from symkin.estimate.evidence.changes import Rows, asked_for, rows_of_changes, terms_of_changes
@@ -18,11 +17,8 @@ from symkin.estimate.evidence.sag import SAG_ALARMS, columns_of_sag
 from symkin.estimate.found import Found
 from symkin.estimate.precision import promising
 from symkin.estimate.unknowns import SAG
-from symkin.values import record
+from symkin.values import Array, record
 
-__all__ = ["notes_of_the_unseen"]
-
-Array = NDArray[np.float64]
 _POWER = 0.9  # of robots in which a test sees it
 _SEEN = 1e-3  # of a column: what unknowns leave less of, no size of it shows
 _NAMED = 3

@@ -7,8 +7,6 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 
-__all__ = ["is_watched", "looked", "unwatched_search", "watched_search"]
-
 _TOLD: ContextVar[Callable[[], None] | None] = ContextVar("told", default=None)
 
 

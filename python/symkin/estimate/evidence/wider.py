@@ -23,14 +23,6 @@ from symkin.estimate.unknowns import BED
 from symkin.model.core_setup import scalar_values
 from symkin.values import Value, field, record
 
-__all__ = [
-    "Alternative",
-    "alternatives_of",
-    "contradiction_of",
-    "doubts_of_models",
-]
-
-
 _NAMED = 3
 _STEPS = 40  # of a wider model
 _BOW = "1 mm"  # of a bed that nobody said to be flat: any that is used
