@@ -18,6 +18,7 @@ from symkin.errors import SymkinError
 from symkin.estimate.evidence.changes import Rows, rows_of_changes, usual
 from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.evidence.sag import SAG_ALARMS, places_of
+from symkin.estimate.fit import FALSE_ALARMS
 from symkin.estimate.found import Found
 from symkin.values import Array
 
@@ -30,6 +31,8 @@ def distortion_that_explains(found: Found) -> Doubt | None:
 
     One step from the estimate says how large it is, to 3% of the distances and beyond.
     """
+    if not found.converged:
+        return None
     try:
         rows = rows_of_changes(found, ())
     except SymkinError:
@@ -57,7 +60,8 @@ def distortion_that_explains(found: Found) -> Doubt | None:
     if not found.legs:  # what priors ask for, too
         square, spare = found.chi_square, round(found.degrees_of_freedom)
     count, spare = len(stacked), spare - len(stacked)
-    if not usual(square - drop, spare):
+    # Of an estimate so far off that one step says nothing, that may explain more than there is.
+    if not usual(square - drop, spare) or _too_good(square - drop, spare):
         return None
     scale = max((square - drop) / spare, 1.0)
     statistic = drop / count / scale
@@ -73,6 +77,11 @@ def distortion_that_explains(found: Found) -> Doubt | None:
     evidence = f" (F({count}, {spare}) = {statistic:.3g})"
     figures = {"terms": ", ".join(named), "evidence": evidence, "most": True}
     return Doubt("device-distorted", p=p_value, figures=figures)
+
+
+def _too_good(square: float, degrees: int) -> bool:
+    """Whether hardly a sound robot has so small a chi-square."""
+    return square <= 0 or bool(_core.chi_square_tail(square, degrees) > 1 - FALSE_ALARMS)
 
 
 def _fields(
