@@ -428,12 +428,9 @@ def _check_unit(key: str, unit: str | None, si_unit: str) -> None:
         raise MeasurementError(f"{key} of the column mapping: {error}") from error
 
 
-_Array = Array
-
-
 def read_observed(
     table: Table, columns: MeasurementColumns, pose_space: str, leg_count: int, reading_unit: str
-) -> dict[str, _Array]:
+) -> dict[str, Array]:
     """Return what was observed besides poses and readings, and all standard deviations.
 
     Of the optional attributes of `Measurements`, those that the table has a column of.
@@ -454,7 +451,7 @@ def read_observed(
         if name not in between:
             _check_name(name, pose_space, stems_of)
     pose = own_pose_columns(table, pose_space, REPORTED, partial=True)
-    found: dict[str, _Array] = {}
+    found: dict[str, Array] = {}
     if has_pose(pose):
         found["reported"] = read_pose_values(table, pose, pose_space).poses()
     ordered = own_pose_columns(table, pose_space, COMMANDED, partial=True)

@@ -16,7 +16,6 @@ from symkin.model.turns import turned_home, turned_into_table
 from symkin.storage.tables import Table, TableSource, read_table
 from symkin.values import Array
 
-_Array = Array
 # More would not fit into a mechanism's file.
 MOST_ROWS = 10_000
 
@@ -65,7 +64,7 @@ def read_sensor_table(
 
 def read_straight_readings(
     table: Table, columns: MeasurementColumns, mechanism: Mechanism
-) -> tuple[_Array, _Array]:
+) -> tuple[Array, Array]:
     """Return readings as straight sensors would show them, and the slopes of the sensors' table.
 
     Both have the shape (N, legs); slopes are 1 for sensors without a table. Where the mechanism
@@ -97,13 +96,13 @@ def read_straight_readings(
     return _unwrapped(mechanism, straight), curves.slope(readings)
 
 
-def _unwrapped(mechanism: Mechanism, readings: _Array) -> _Array:
+def _unwrapped(mechanism: Mechanism, readings: Array) -> Array:
     return turned_home(mechanism, readings) if mechanism.reading_wraps else readings
 
 
 def read_all_readings(
     table: Table, columns: MeasurementColumns, mechanism: Mechanism, why: str
-) -> _Array:
+) -> Array:
     """Return the readings of `read_straight_readings`, of every leg in every row."""
     readings, _ = read_straight_readings(table, columns, mechanism)
     missing = np.argwhere(np.isnan(readings))
@@ -113,7 +112,7 @@ def read_all_readings(
     return readings
 
 
-def shown_readings(mechanism: Mechanism, straight: _Array) -> _Array:
+def shown_readings(mechanism: Mechanism, straight: Array) -> Array:
     """Return what the sensors show where straight ones would show this; NaN beyond their table."""
     if mechanism.sensor_table is None:
         return straight

@@ -304,17 +304,25 @@ class Knowledge:
         place = self._table.place(verdict.row)
         passing: list[tuple[str, dict[str, float]]] = []
         for what, edited in edits_of(self._table.values(place), self._robot):
-            try:
-                measured = self._table.measurements(known.robot, count, edited={place: edited})
-                assert measured is not None
-                found = identify(known.robot, measured, **self._how)
-            except SymkinError:
+            found = self._edited(known.robot, count, place, edited)
+            if found is None:
                 continue
             conditions = int(found.conditions.sum())
             if found.converged and _core.chi_square_tail(found.chi_square, conditions) > _FITS:
                 passing.append((what, edited))
         made = dataclasses.replace(verdict, doubtful=verdict.row, off=math.inf)
         return _named(made, passing)
+
+    def _edited(
+        self, robot: Mechanism, count: int, place: int, edited: dict[str, float]
+    ) -> Estimate[Any] | None:
+        """What is known with other values in a row; None where there is no estimate."""
+        try:
+            measured = self._table.measurements(robot, count, edited={place: edited})
+            assert measured is not None
+            return identify(robot, measured, **self._how)
+        except SymkinError:
+            return None
 
     def _explained(self, verdict: Verdict, count: int, before: Known) -> Verdict:
         """Look for the slip of hand that makes the doubtful row fit."""
@@ -323,11 +331,8 @@ class Knowledge:
         place = self._table.place(verdict.doubtful)
         passing: list[tuple[str, dict[str, float]]] = []
         for what, edited in self._likely(count, place, before):
-            try:
-                measured = self._table.measurements(before.robot, count, edited={place: edited})
-                assert measured is not None
-                found = identify(before.robot, measured, **self._how)
-            except SymkinError:
+            found = self._edited(before.robot, count, place, edited)
+            if found is None:
                 continue
             if _chance(found, before.estimate) > _FITS:
                 passing.append((what, edited))

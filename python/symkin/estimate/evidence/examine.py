@@ -321,15 +321,23 @@ def _never(*_: object) -> bool:
     return False
 
 
+def _another(
+    found: Found, mechanism: Mechanism, measurements: Measurements, options: EstimateOptions
+) -> Found | None:
+    """Another estimate, made as this one was; None where it is refused or has no end."""
+    try:
+        other = (by_leg if found.legs else together)(mechanism, measurements, options)
+    except SymkinError:
+        return None
+    return other if other.converged else None
+
+
 def _shaped(
     found: Found, mechanism: Mechanism, measurements: Measurements, options: EstimateOptions
 ) -> bool:
     """Whether residuals of another estimate still have a shape, or it has no end."""
-    try:
-        other = (by_leg if found.legs else together)(mechanism, measurements, options)
-    except SymkinError:
-        return True
-    return not other.converged or _has_shape(_tested(other, ()))
+    other = _another(found, mechanism, measurements, options)
+    return other is None or _has_shape(_tested(other, ()))
 
 
 def _with_lost_turns(found: Found, what: Noticed) -> Evidence | None:
@@ -338,12 +346,11 @@ def _with_lost_turns(found: Found, what: Noticed) -> Evidence | None:
     if not lost:
         return None
     table = with_lost_turns(taken_from(found), found.measurements)
-    try:
-        other = (by_leg if found.legs else together)(found.nominal, table, found.options)
-    except SymkinError:
+    other = _another(found, found.nominal, table, found.options)
+    if other is None or other.unexplained:
         return None
     left = _tested(other, ())
-    if not other.converged or other.unexplained or _has_shape(left):
+    if _has_shape(left):
         return None
     rest = judged(other, left) if left.symptoms else Evidence((), (), complete=True)
     doubts = (*lost, *rest.doubts, *what.lasting)
