@@ -538,6 +538,15 @@ def observed_count(taken: Measurements) -> NDArray[np.intp]:
     return count
 
 
+def spare_conditions(mechanism: Mechanism, taken: Measurements) -> NDArray[np.intp]:
+    """How many more conditions each row has than its pose has coordinates.
+
+    A leg of several closures has some beside the one that its reading is in.
+    """
+    beside = len(mechanism.legs) * (mechanism.closures - 1)
+    return observed_count(taken) + beside - mechanism.space.dof
+
+
 def without_pose(measurements: Measurements, pose: int) -> Measurements:
     """Without any observation of a pose, whose row stays."""
     changes: dict[str, Array] = {}

@@ -90,6 +90,19 @@ def test_it_is_no_row_in_millimetres_where_that_explains_only_a_part():
     assert doubt.explains
 
 
+@pytest.mark.parametrize("by", [3.0, 3000.0])
+def test_a_row_of_positions_that_no_pose_explains_is_named(by):
+    """Three planes bind a platform of which three coordinates were measured."""
+    robot = symkin.load_mechanism("3RPS")
+    taken = robot.simulate(robot.plan(seed=1), seed=1).measurements.for_all_legs()
+    taken = dataclasses.replace(taken, poses=taken.poses * [1, 1, 1, *[np.nan] * 4])
+    for column in range(3):
+        wrong = spoilt(taken, 4, column, taken.poses[4, column] + by)
+        found = symkin.identify(robot, wrong)
+        doubt = found.doubts[0]
+        assert (doubt.code, doubt.rows) == ("rows-far-off", (int(taken.row_numbers[4]),))
+
+
 def test_several_rows_are_named_together(robot, taken):
     wrong = spoilt(spoilt(spoilt(taken, 2, 0, 7.0), 9, 1, -30.0), 14, 0, 99.0, "readings")
     cause = cause_of(robot, wrong, estimator="joint")

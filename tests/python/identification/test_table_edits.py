@@ -11,6 +11,7 @@ import pytest
 import symkin
 from symkin.analysis.conventions import taken_as
 from symkin.estimate.evidence.assignment import assigned
+from symkin.estimate.evidence.measured import copied_columns, taken_as_drawn
 from symkin.model.poses import poses_of
 
 DECLARED = Path(__file__).parents[3] / "mechanisms" / "declared"
@@ -157,6 +158,35 @@ def test_a_column_that_was_copied_is_told_first(planned):
     readings[:, 2] = readings[:, 0]
     told = symkin.identify(robot, replace(table, readings=readings)).doubts[0]
     assert (told.code, told.legs) == ("columns-copied", (0, 2))
+
+
+def test_of_a_drawing_that_reaches_nothing_no_column_is_told_to_be_copied():
+    robot = symkin.load_mechanism("3RRR")
+    parameters = robot.parameters.copy()
+    parameters[:, robot.parameter_names.index("base_radius")] *= 9
+    far = robot.with_parameters(parameters, symmetry=None)
+    table = robot.simulate(robot.plan(seed=1), seed=1).measurements.for_all_legs()
+    readings = np.array(table.readings)
+    readings[:, 2] = readings[:, 0]
+    taken = taken_as_drawn(far, replace(table, readings=readings))
+    assert not np.isfinite(far.inverse_kinematics(taken.poses)).any()
+    assert list(copied_columns(taken)) == []
+
+
+@pytest.mark.parametrize("name", ["3RRR", "3RPS"])
+def test_of_positions_too_it_is_said_from_which_row_on_readings_are_early(name):
+    robot = symkin.load_mechanism(name)
+    table = robot.simulate(robot.plan(seed=1), seed=1).measurements.for_all_legs()
+    poses = np.array(table.poses)
+    poses[:, robot.space.size :] = np.nan
+    rest = replace(table, poses=poses).subset(np.arange(len(table) - 1))
+    cause = cause_of(robot, replace(rest, readings=np.delete(table.readings, 20, axis=0)))
+    assert (cause.code, cause.size) == ("rows-shifted", -1.0)
+    assert f"1 row early from row {table.row_numbers[20]} on" in cause.words
+    one = np.array(rest.readings)
+    one[:, 1] = np.delete(table.readings[:, 1], 15)
+    cause = cause_of(robot, replace(rest, readings=one))
+    assert (cause.code, cause.legs) == ("rows-shifted", (1,))
 
 
 def test_readings_that_the_drawing_has_alike_are_no_copies():

@@ -32,7 +32,7 @@ from symkin.estimate.evidence.trial import LITTLE, SECOND, Correction, Statement
 from symkin.estimate.evidence.watching import is_watched
 from symkin.estimate.fit import LOOK_FOR
 from symkin.estimate.options import EstimateOptions
-from symkin.estimate.problem import observed_count
+from symkin.estimate.problem import spare_conditions
 from symkin.model.mechanism import Mechanism
 from symkin.values import Value, field, record
 
@@ -372,7 +372,7 @@ def _looked_through(
 
     And what leaves rows out: few poses may have none of these.
     """
-    told = observed_count(stated.measurements) - stated.mechanism.space.dof
+    told = spare_conditions(stated.mechanism, stated.measurements)
     enough = math.ceil(_TESTS / max(float(told.mean()), _TESTS / _LOOKS[-1][0]))
     every = list(corrections)
     best, without = (

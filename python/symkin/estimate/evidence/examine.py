@@ -36,6 +36,7 @@ from symkin.estimate.evidence.drawing import (
 from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.evidence.fit_checks import (
     CONDITION_LIMIT,
+    doubts_of_lost_rows,
     doubts_of_noise,
     doubts_of_poses,
     doubts_of_size,
@@ -191,9 +192,15 @@ def _noticed(
         return Noticed(tuple(size), copied, (), ())
     result = diagnosed(found)
     tests, outliers = tests_of(found, result), outliers_of(found, result)
+    lost = list(doubts_of_lost_rows(found))
     if explain_all(found, outliers):  # of which all else may be a consequence
-        return Noticed(tuple(size), tuple(doubts_of_rows(found, outliers)), tests, outliers)
-    symptoms = [*doubts_of_poses(found), *signs_of_mistakes(found, taken), *doubts_of_noise(found)]
+        return Noticed(tuple(size), (*doubts_of_rows(found, outliers), *lost), tests, outliers)
+    symptoms = [
+        *lost,
+        *doubts_of_poses(found),
+        *signs_of_mistakes(found, taken),
+        *doubts_of_noise(found),
+    ]
     # Where poses hardly tell parameters apart, first-order statistics say nothing of a model.
     told_apart = all(leg.condition <= CONDITION_LIMIT for leg in found.legs)
     far = not told_apart or _all_is_far_off(found)

@@ -14,7 +14,7 @@ from symkin.errors import named_legs
 from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.fit import FALSE_ALARMS
 from symkin.estimate.found import Found, GoodnessOfFit
-from symkin.estimate.problem import KINDS, observed_count
+from symkin.estimate.problem import KINDS, spare_conditions
 from symkin.estimate.solution import settled
 
 # Beyond this the parameters of a leg are told apart only by digits that no measurement has.
@@ -34,12 +34,6 @@ def doubts_of_size(found: Found) -> Iterator[Doubt]:
         for leg in np.flatnonzero(silent).tolist():
             if any(name.startswith(f"leg{leg + 1}.") for name in found.names):
                 yield Doubt("leg-not-read", (leg,))
-        aside = unexplained_rows(found)
-        if aside:
-            numbers = tuple(found.measurements.row_numbers[aside].tolist())
-            several = len(aside) > 1
-            figures = {"n": "s" * several, "verb": "are" if several else "is"}
-            yield Doubt("rows-without-pose", rows=numbers, figures=figures)
         if found.degrees_of_freedom <= 0:
             yield Doubt("nothing-to-spare", figures={"who": ""})
         elif is_probed(found.measurements):
@@ -67,6 +61,15 @@ def _of_heights(found: Found) -> Iterator[Doubt]:
         sizes = {"left_out": off, "fitted": off / times}
         figures = {name: f"{1e3 * value:.3g} mm" for name, value in sizes.items()}
         yield Doubt("others-say-little", size=times, figures=figures)
+
+
+def doubts_of_lost_rows(found: Found) -> Iterator[Doubt]:
+    """Rows that no pose explains, as one has that was mistyped."""
+    if aside := unexplained_rows(found):
+        numbers = tuple(found.measurements.row_numbers[aside].tolist())
+        several = len(aside) > 1
+        figures = {"n": "s" * several, "verb": "are" if several else "is"}
+        yield Doubt("rows-without-pose", rows=numbers, figures=figures)
 
 
 def doubts_of_poses(found: Found) -> Iterator[Doubt]:
@@ -97,13 +100,13 @@ def _of_legs(found: Found) -> Iterator[Doubt]:
 def unexplained_rows(found: Found) -> list[int]:
     """Rows that were set aside and that the noise does not explain: what they observed is lost.
 
-    Not those where no more was observed than a pose has coordinates, which noise alone may leave
+    Not those with no more conditions than a pose has coordinates, which noise alone may leave
     without any pose, nor those that hardly show a direction of the pose, in which nothing can be
     linearised.
     """
     if not found.aside:
         return []
-    told = observed_count(found.measurements) - found.nominal.space.dof
+    told = spare_conditions(found.nominal, found.measurements)
     problem = settled(found.mechanism, found.noise, found.measurements)
     core = problem.mechanism.straight, problem.setup, problem.observations
     limit = FALSE_ALARMS / max(len(found.conditions), 1)

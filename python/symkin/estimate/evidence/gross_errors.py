@@ -19,7 +19,7 @@ from symkin.estimate.evidence.residuals import diagnosed
 from symkin.estimate.fit import by_leg
 from symkin.estimate.found import Found
 from symkin.estimate.options import EstimateOptions, Estimator
-from symkin.estimate.problem import observed_count
+from symkin.estimate.problem import spare_conditions
 from symkin.estimate.solution import together
 
 # Chi-square per degree of freedom from which gross errors are looked for by a robust loss.
@@ -89,7 +89,7 @@ def _of_readings(found: Found) -> Doubt | None:
     rows = np.unique([row for row, _ in robust.rejected])
     alike = {what for _, what in robust.rejected}
     # With one condition any observation of a pose may be it.
-    told = observed_count(found.measurements)[rows] - found.nominal.space.dof
+    told = spare_conditions(found.nominal, found.measurements)[rows]
     single = len(alike) == 1 and (told > 1).all()
     what = f", each in the {alike.pop()}" if single else ""
     return _told(found, rows, robust.chi_square_ratio, what, {"loss_per": "reading"})

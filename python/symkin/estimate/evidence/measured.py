@@ -275,7 +275,8 @@ def copied_columns(taken: Taken) -> Iterator[Doubt]:
         if len(rows) <= _SOME or (first != second).any():
             continue
         apart = np.abs(drawn[rows, one] - drawn[rows, other])
-        if np.nanmedian(apart) > _UNLIKE * np.ptp(first):
+        apart = apart[np.isfinite(apart)]  # where the drawing reaches
+        if len(apart) and np.median(apart) > _UNLIKE * np.ptp(first):
             yield Doubt("columns-copied", (one, other), figures={"count": len(rows)})
 
 

@@ -40,6 +40,7 @@ def edits_of_rows(stated: Correction) -> Iterator[Correction]:
         yield from _lost_rows(stated)
         yield from _orders(stated)
     elif np.isfinite(poses[:, : stated.mechanism.space.size]).all() and not _is_elsewhere(stated):
+        yield from _lost_rows(stated)
         yield from _orders(stated)
     if _is_elsewhere(stated) or not np.isfinite(stated.measurements.poses).all():
         yield from _far_out(stated)
@@ -92,18 +93,30 @@ def _moved(stated: Correction, own: tuple[int, ...], late: int, begin: int = 0) 
 def _lost_rows(stated: Correction) -> Iterator[Correction]:
     """Readings that stand a row late or early from somewhere on, where a row is lost."""
     robot, measured = stated.mechanism, stated.measurements
-    poses, readings = measured.poses, measured.readings
-    if len(poses) <= 2 * _FEW:
+    readings = measured.readings
+    if len(readings) <= 2 * _FEW:
         return
-    begins = np.arange(_FEW // 2, len(poses) - _FEW // 2)
-    as_read = _logs(_distances(robot, poses, readings))
-    before = np.vstack([np.zeros_like(as_read[:1]), np.cumsum(as_read, axis=0)])
+    begins = np.arange(_FEW // 2, len(readings) - _FEW // 2)
+    as_read = _misfits(robot, measured, readings)
+    before = np.append(0.0, np.cumsum(as_read))
     for late in (1, -1):
-        moved = _logs(_distances(robot, poses, np.roll(readings, -late, axis=0)))
-        after = np.cumsum(moved[::-1], axis=0)[::-1]
-        misfits = before[begins] + after[begins + (late < 0)]  # where early, that row has none
+        rolled = np.roll(readings, -late, axis=0)
         for own in (tuple(range(stated.columns)), *((leg,) for leg in range(stated.columns))):
-            yield _moved(stated, own, late, int(begins[misfits[:, own].sum(axis=1).argmin()]))
+            moved = np.array(readings)
+            moved[:, own] = rolled[:, own]
+            after = np.cumsum(_misfits(robot, measured, moved)[::-1])[::-1]
+            # Where early, that row has none.
+            since = (before[begins] + after[begins + (late < 0)]).argmin()
+            yield _moved(stated, own, late, int(begins[since]))
+
+
+def _misfits(robot: Mechanism, measured: Measurements, readings: Array) -> Array:
+    """How far each row of readings is from what a robot has at its pose, or position."""
+    if np.isfinite(measured.poses).all():
+        return _total(_distances(robot, measured.poses, readings))
+    drawn = framed(robot, robot.forward_kinematics(readings)[0])
+    away = (measured.poses - drawn)[:, : robot.space.size]
+    return _total(np.where(np.isfinite(away), away, _BEYOND))
 
 
 def _units_of_rows(stated: Correction) -> Iterator[Correction]:
