@@ -565,7 +565,8 @@ def _check_home(source: TomlSource, mechanism: Mechanism) -> None:
     if np.isnan(readings).any():
         legs = named_legs(np.flatnonzero(np.isnan(readings)))
         raise source.error(
-            ("workspace", "home"), f"the home pose {described} is beyond the reach of {legs}"
+            ("workspace", "home"),
+            f"the home pose {described} is beyond the reach of {legs}" + _home_in_box(mechanism),
         )
     outside = ~mechanism.within_limits(readings)
     if outside.any():
@@ -573,6 +574,18 @@ def _check_home(source: TomlSource, mechanism: Mechanism) -> None:
         raise source.error(
             ("joint_limits",), f"at the home pose {described} they are exceeded by {legs}"
         )
+
+
+def _home_in_box(mechanism: Mechanism) -> str:
+    """What to write for a home that was left out, where the middle of the box can be reached."""
+    settings = mechanism.workspace
+    if settings is None or settings.home is not None or drawn_workspace(mechanism) is not None:
+        return ""
+    middle = (np.array(settings.lower) + np.array(settings.upper)) / 2
+    if np.isnan(mechanism.inverse_kinematics(mechanism.poses_at(middle))[0]).any():
+        return "; write a home that they reach"
+    written = ", ".join(f"{each:.4g}" for each in middle)
+    return f"; the middle of the box is not: write home = [{written}]"
 
 
 def typed_name(mechanism: Mechanism) -> str:

@@ -10,6 +10,28 @@ from pathlib import Path
 
 import pytest
 
+PLOTTER = """
+schema = 1
+chain = "[R]RR"
+platform = "point"
+reading_unit = "rad"
+[symmetry]
+group = "D1"
+legs = 2
+axis = "90 deg"
+[reference_leg]
+working_mode = 1
+proximal_length = "150 mm"
+distal_length = "200 mm"
+base_radius = "50 mm"
+base_angle = "180 deg"
+sensor_gain = 1
+sensor_offset = 0
+[workspace]
+x = ["-100 mm", "100 mm"]
+y = ["180 mm", "290 mm"]
+"""
+
 
 @pytest.mark.parametrize(
     ("old", "new", "words"),
@@ -34,6 +56,16 @@ def test_a_wrong_mechanism_file_is_refused(
     refused("check", path, words=words)
     refused("run", path, "--out", tmp_path / "out", words=words)
     assert not (tmp_path / "out").exists()
+
+
+def test_for_a_home_that_was_left_out_and_is_beyond_reach_the_middle_of_the_box_is_told(
+    refused: Callable, symkin: Callable, tmp_path: Path
+) -> None:
+    path = tmp_path / "plotter.toml"
+    path.write_text(PLOTTER)
+    refused("check", path, words="legs 1, 2; the middle of the box is not: write home = [0, 0.235]")
+    path.write_text(PLOTTER + "home = [0, 0.235]\n")
+    assert symkin("check", path).code == 0
 
 
 @pytest.fixture
