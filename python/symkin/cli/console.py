@@ -28,7 +28,7 @@ from symkin.storage.results_file import results_text, write_results
 from symkin.values import record
 
 _NOT_CONVERGED, _BAD_INPUT, _INTERRUPTED, _BROKEN_PIPE = 1, 2, 130, 141
-_LONGEST = 500
+_LONGEST = 1000
 _LONG = 1.0  # seconds, after which it is said what takes so long
 
 JsonOption = Annotated[
@@ -243,7 +243,7 @@ def _tell(message: str) -> None:
     line = printable(" ".join(message.split()))
     if len(line) > _LONGEST:
         half = (_LONGEST - 5) // 2
-        line = f"{line[:half]} ... {line[-half:]}"
+        line = f"{line[:half].rpartition(' ')[0]} ... {line[-half:].partition(' ')[2]}"
     typer.echo(line, err=True)
 
 

@@ -19,6 +19,7 @@ _UNIT_KEYS = {"position": "position_unit", "readings": "reading_unit", "angle": 
 _ANGLES = {"phi", "theta", "yaw", "angle", "rotation", "orientation", "rz"}
 _ATTITUDE = ("roll", "pitch", "yaw")
 _COUNTS = {*COUNTS, *(f"{name}s" for name in COUNTS), "ticks"}  # of a size that no name says
+_BESIDE = {"no", "nr", "id", "row", "index", "number", "sample", "pose", "point", "time", "date"}
 _COORDINATE = re.compile(r"([pqt])([xyzw])")  # as in qx and tx
 
 
@@ -53,14 +54,15 @@ def mapping_for(table: Table, mechanism: Mechanism) -> str:
     """Return a line of TOML that says which columns may hold poses and readings, or nothing.
 
     It is a guess by names, for who knows what the table holds: a position by the last letters x, y
-    and z of names that begin alike, readings by as many names, numbered from 0 or 1, as are read.
+    and z of names that begin alike, readings by as many names, numbered from 0 or 1, as are read, or by nothing else being left.
     An orientation in space is told by a quaternion, or by roll, pitch and yaw; other three angles
     may be any. A unit that no name says is `UNIT`.
     """
     space, count = mechanism.space, mechanism.reading_count
     columns = [each for name in table.names if (each := _Column.of(name)) is not None]
     position = _alike(columns, space.position, "m")
-    readings = _numbered([each for each in columns if each not in position], count)
+    others = [each for each in columns if each not in position]
+    readings = _numbered(others, count) or _only(others, count)
     if len(position) < space.size or not readings:
         return ""
     said = {"position": position, "readings": readings}
@@ -127,6 +129,14 @@ def _numbered(columns: Sequence[_Column], count: int) -> list[_Column]:
     """So many columns that begin alike and are numbered on; none if there are several such."""
     found = list(_runs(columns, count))
     return found[0] if len(found) == 1 else []
+
+
+def _only(columns: Sequence[_Column], count: int) -> list[_Column]:
+    """The columns that are left, if they are so many and none is by its name something else."""
+    left = [each for each in columns if each.last not in _BESIDE]
+    units = {each.unit for each in left}
+    other = any(each.last in (*_ANGLES, *_ATTITUDE) for each in left)
+    return left if len(left) == count and len(units) == 1 and not other else []
 
 
 def _runs(columns: Sequence[_Column], count: int) -> Iterator[list[_Column]]:

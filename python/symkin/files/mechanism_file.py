@@ -566,7 +566,8 @@ def _check_home(source: TomlSource, mechanism: Mechanism) -> None:
         legs = named_legs(np.flatnonzero(np.isnan(readings)))
         raise source.error(
             ("workspace", "home"),
-            f"the home pose {described} is beyond the reach of {legs}" + _home_in_box(mechanism),
+            f"the home pose {described} is beyond the reach of {legs}"
+            + _home_in_box(mechanism, settings),
         )
     outside = ~mechanism.within_limits(readings)
     if outside.any():
@@ -576,14 +577,13 @@ def _check_home(source: TomlSource, mechanism: Mechanism) -> None:
         )
 
 
-def _home_in_box(mechanism: Mechanism) -> str:
+def _home_in_box(mechanism: Mechanism, drawn: WorkspaceSettings) -> str:
     """What to write for a home that was left out, where the middle of the box can be reached."""
-    settings = mechanism.workspace
-    if settings is None or settings.home is not None or drawn_workspace(mechanism) is not None:
+    if drawn.home is not None or drawn != mechanism.workspace:
         return ""
-    middle = (np.array(settings.lower) + np.array(settings.upper)) / 2
+    middle = (np.array(drawn.lower) + np.array(drawn.upper)) / 2
     if np.isnan(mechanism.inverse_kinematics(mechanism.poses_at(middle))[0]).any():
-        return "; write a home that they reach"
+        return ""
     written = ", ".join(f"{each:.4g}" for each in middle)
     return f"; the middle of the box is not: write home = [{written}]"
 

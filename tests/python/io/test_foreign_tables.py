@@ -33,6 +33,18 @@ def proposed(robot: str, names: list[str]) -> str:
             'readings = ["Motor 1 [deg]", "Motor 2 [deg]"], reading_unit = "deg"',
         ),
         (
+            "5bar",
+            ["Nr", "X", "Y", "Servo links", "Servo rechts"],
+            'position = ["X", "Y"], position_unit = "?", '
+            'readings = ["Servo links", "Servo rechts"], reading_unit = "?"',
+        ),
+        (
+            "5bar",
+            ["x_mm", "y_mm", "pwm_1_us", "pwm_2_us"],
+            'position = ["x_mm", "y_mm"], position_unit = "mm", '
+            'readings = ["pwm_1_us", "pwm_2_us"], reading_unit = "?"',
+        ),
+        (
             "3RRR",
             ["Pos_X (mm)", "Pos_Y (mm)", "yaw (°)", "enc1_deg", "enc2_deg", "enc3_deg"],
             'position = ["Pos_X (mm)", "Pos_Y (mm)"], position_unit = "mm", '
@@ -76,6 +88,7 @@ def test_columns_are_proposed_by_their_names(robot: str, names: list[str], mappi
         ("5bar", ["a x mm", "a y mm", "b x mm", "b y mm", "q1 deg", "q2 deg"]),  # two positions
         ("5bar", ["x mm", "y mm", "q1 deg", "q2 deg", "p1 deg", "p2 deg"]),  # two sets of motors
         ("5bar", ["x mm", "y mm", "q1 deg", "q2 deg", "q3 deg"]),  # of three legs
+        ("5bar", ["x", "y", "left", "right", "temperature"]),
         ("5bar", ["x mm", "y m", "q1 deg", "q2 deg"]),
         ("5bar", ["x deg", "y deg", "q1 mm", "q2 mm"]),
         ("3RRR", ["x mm", "y mm", "q1 deg", "q2 deg", "q3 deg"]),  # no orientation
