@@ -42,10 +42,13 @@ class SymkinError(ValueError):
         A mistake in the measurements that would explain it, if one was found.
     corrected : symkin.Measurements or None
         The measurements without that mistake, if it is one of the table.
+    redrawn : symkin.Mechanism or None
+        The mechanism without it, if it is one of the drawing.
     """
 
     likely_cause: Any = None
     corrected: Any = None
+    redrawn: Any = None
 
 
 class QuantityError(SymkinError):

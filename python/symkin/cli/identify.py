@@ -40,7 +40,7 @@ from symkin.cli.options import (
 )
 from symkin.data.joining import joined
 from symkin.estimate import Estimate
-from symkin.estimate.estimate import CORRECTED
+from symkin.estimate.estimate import CORRECTED, REDRAWN, save_redrawn
 from symkin.estimate.fleet import Fleet, identify_robots
 from symkin.estimate.fleet_jobs import Robots
 from symkin.estimate.fleet_sources import robots_of_files
@@ -191,17 +191,27 @@ def identify(
 def _correcting(
     nominal: symkin.Mechanism, out: Path | None, inputs: Sequence[Path | None], *, overwrite: bool
 ) -> Iterator[None]:
-    """Write the measurements without the mistake that lets nothing be identified, if it is one."""
+    """Write table and drawing without the mistake that lets nothing be identified, if it is one."""
     try:
         yield
     except symkin.SymkinError as error:
-        if error.corrected is None:
+        made = {"table": (CORRECTED, error.corrected), "drawing": (REDRAWN, error.redrawn)}
+        made = {kind: each for kind, each in made.items() if each[1] is not None}
+        if not made:
             raise
-        words = f"with --out DIR the table so corrected is written as DIR/{CORRECTED}"
-        if out is not None:
+        names = [name for name, _ in made.values()]
+        what = " and ".join(f"the {kind} so corrected" for kind in made)
+        are = "is" if len(made) == 1 else "are"
+        if out is None:
+            words = f"with --out DIR {what} {are} written as DIR/{' and DIR/'.join(names)}"
+        else:
             with OutputFiles(inputs, overwrite) as outputs:
-                error.corrected.save(outputs.folder(out, CORRECTED) / CORRECTED, nominal)
-            words = f"the table so corrected is {out / CORRECTED}"
+                folder = outputs.folder(out, *names)
+                if error.corrected is not None:
+                    error.corrected.save(folder / CORRECTED, nominal)
+                if error.redrawn is not None:
+                    save_redrawn(error.redrawn, error.likely_cause, folder / REDRAWN)
+            words = f"{what} {are} {' and '.join(str(out / name) for name in names)}"
         error.args = (f"{error}; {words}",)
         raise
 

@@ -421,6 +421,7 @@ def _check_unit(key: str, unit: str | None, si_unit: str) -> None:
         raise MeasurementError(
             f'{key} of the column mapping is "{unit}"{did_you_mean(unit, unit_names())}; expected '
             "the name of a unit"
+            + (', or a size of counts such as "0.1 deg/count"' if key == "reading_unit" else "")
         )
     try:
         unit_factor(unit, si_unit)

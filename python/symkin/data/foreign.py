@@ -54,9 +54,9 @@ def mapping_for(table: Table, mechanism: Mechanism) -> str:
     """Return a line of TOML that says which columns may hold poses and readings, or nothing.
 
     It is a guess by names, for who knows what the table holds: a position by the last letters x, y
-    and z of names that begin alike, readings by as many names, numbered from 0 or 1, as are read, or by nothing else being left.
-    An orientation in space is told by a quaternion, or by roll, pitch and yaw; other three angles
-    may be any. A unit that no name says is `UNIT`.
+    and z of names that begin alike, readings by as many names, numbered from 0 or 1, as are read,
+    or by nothing else being left. An orientation in space is told by a quaternion, or by roll,
+    pitch and yaw; other three angles may be any. A unit that no name says is `UNIT`.
     """
     space, count = mechanism.space, mechanism.reading_count
     columns = [each for name in table.names if (each := _Column.of(name)) is not None]

@@ -15,6 +15,7 @@ from symkin.data.columns import pose_column_names
 from symkin.data.measurements import Measurements
 from symkin.estimate.cross_validation import cross_validation_of
 from symkin.estimate.evidence.corrections import explained
+from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.evidence.wider import contradiction_of
 from symkin.estimate.examined import Examined
 from symkin.estimate.fit import by_leg, changed_settings
@@ -31,6 +32,12 @@ from symkin.values import plain, record
 
 REDRAWN = "corrected.toml"  # the drawing without its likely mistake, if that is the cause
 CORRECTED = "corrected.csv"  # the measurements without their likely mistake, if that is the cause
+
+
+def save_redrawn(redrawn: Mechanism, cause: Doubt, path: Path) -> None:
+    """Write a drawing without its likely mistake, which its header names."""
+    header = f"As drawn, but for a mistake that its measurements show: {cause.words}."
+    save_mechanism(redrawn, path, header=header)
 
 
 @record
@@ -255,9 +262,7 @@ class Estimate(Examined[M], FolderResult):
         if self.corrected is not None:
             self.corrected.save(folder / CORRECTED, self.nominal)
         if self.redrawn is not None:
-            cause = self.doubts[0].words
-            header = f"As drawn, but for a mistake that its measurements show: {cause}."
-            save_mechanism(self.redrawn, folder / REDRAWN, header=header)
+            save_redrawn(self.redrawn, self.doubts[0], folder / REDRAWN)
         super().write_files(folder, report=report)
 
     @property

@@ -511,6 +511,24 @@ def test_a_refusal_writes_the_table_as_its_likely_cause_corrects_it(
     np.testing.assert_allclose(again.readings, readings)
 
 
+def test_a_refusal_writes_the_drawing_as_its_likely_cause_corrects_it(
+    symkin: Callable, tmp_path: Path
+) -> None:
+    robot = library.load_mechanism("3RRR")
+    plan = library.plan(robot, 9, seed=3)
+    taken = library.simulate(robot, plan, seed=2, observe="position").measurements
+    turned = taken.readings - np.array([0, 0, np.pi])
+    dataclasses.replace(taken, readings=turned).save(tmp_path / "wrong.csv", robot)
+    asked = ("identify", "3RRR", tmp_path / "wrong.csv")
+    told = "with --out DIR the drawing so corrected is written as DIR/corrected.toml"
+    assert symkin(*asked).err.endswith(f"; {told}\n")
+    refused = symkin(*asked, "--out", tmp_path / "out")
+    drawing = tmp_path / "out" / "corrected.toml"
+    assert refused.err.endswith(f"; the drawing so corrected is {drawing}\n")
+    cured = symkin("identify", drawing, tmp_path / "wrong.csv")
+    assert "nothing speaks against the estimate" in cured.words
+
+
 @pytest.mark.usefixtures("unillustrated")
 def test_the_results_file_of_identify_is_what_json_prints_and_what_save_writes(
     symkin: Callable, protocol: Path, tmp_path: Path

@@ -231,6 +231,25 @@ def test_legs_that_a_turned_frame_makes_alike_are_all_named(paper, plan):
     assert {each.code for each in (said, *said.others)} == {"columns-exchanged"}
 
 
+def test_a_zero_half_a_turn_off_is_corrected_in_the_drawing_unless_turns_are_missing_then(
+    paper, plan
+):
+    sound = measured(paper, plan, POSITIONS)
+    of_sound = symkin.identify(paper, sound).params
+    for half, redrawn in ((math.pi, False), (-math.pi, True)):
+        taken = of_leg(2, lambda r, half=half: r + half)(sound)
+        with pytest.raises(FailedFitError) as refused:
+            symkin.identify(paper, taken)
+        drawing, table = refused.value.redrawn, refused.value.corrected
+        assert [drawing is not None, table is not None] == [redrawn, not redrawn]
+        again = symkin.identify(drawing or paper, table or taken)
+        assert again.trustworthy
+        # Not the same to the last digit: a zero's tolerance holds where the zero is.
+        turned = math.pi if redrawn else 0
+        change = again.params["leg3.sensor_offset"].value - of_sound["leg3.sensor_offset"].value
+        assert change == pytest.approx(turned, abs=4e-3)
+
+
 def test_legs_in_another_working_mode_are_named(paper):
     (robot, *_) = in_modes(paper, [1, -1, -1])
     taken = measured(robot, robot.plan(9, seed=3), POSITIONS)

@@ -34,6 +34,7 @@ from symkin.estimate.fit import LOOK_FOR
 from symkin.estimate.options import EstimateOptions
 from symkin.estimate.problem import spare_conditions
 from symkin.model.mechanism import Mechanism
+from symkin.model.turns import turn_of
 from symkin.values import Value, field, record
 
 _TOO_GOOD = 0.1  # per degree of freedom; with few degrees it may be chance
@@ -168,7 +169,9 @@ def explained(
         if cause is None:
             raise
         error.likely_cause, words = cause, str(cause)
-        error.corrected = corrected_table(tried)
+        error.corrected, error.redrawn = corrected_table(tried), corrected_drawing(tried)
+        if error.redrawn is not None:
+            error.redrawn = error.redrawn.replace(frames=mechanism.frames)
         said = str(error).removesuffix(f". {LOOK_FOR.capitalize()}").removesuffix(f"; {LOOK_FOR}")
         # Its fields name directions, so the error stays the same object.
         error.args = (f"{said}. {words[0].upper()}{words[1:]}",)
@@ -300,6 +303,11 @@ def _judged(stated: Correction, listed: ShortList, shaped: Shaped) -> tuple[Hypo
         freed, table = each.options is not stated.options, tables[each.key]
         told = _told(each, fit, table=None if table is unchanged else table)
         told = dataclasses.replace(told, drawing=_redrawn(stated, each, fit, told))
+        cause = told.cause
+        if cause is not None and cause.code == "zero-half-a-turn-off" and not cause.then:
+            turned = _with_zeros_turned(stated.mechanism, list(cause.legs), unchanged)
+            if turned is not None:
+                told = dataclasses.replace(told, drawing=turned, table=None)
         # A number that the drawing has wrong has to leave nothing else.
         may_be = id(each) in named and (told.explained or not each.redrawn)
         more = freed or each.redrawn
@@ -500,6 +508,20 @@ def _redrawn(
     parameters = nominal.parameters.copy()
     parameters[legs, place] = fit.setup.parameters[legs, place]
     return nominal.with_parameters(parameters, symmetry=None)
+
+
+def _with_zeros_turned(
+    nominal: Mechanism, legs: list[int], taken: Measurements
+) -> Mechanism | None:
+    """With the zeros of legs half a turn on; None if readings would be whole turns off then."""
+    parameters = nominal.parameters.copy()
+    zeros = parameters[:, list(nominal.parameter_names).index("sensor_offset")]
+    zeros[legs] += np.where(zeros[legs] > 0, -math.pi, math.pi)
+    turned = nominal.with_parameters(parameters, symmetry=None)
+    turns = np.array([turn_of(nominal, leg) for leg in legs], dtype=float)
+    at_home = turned.inverse_kinematics(turned.home)[0, legs]
+    off = np.nanmedian(taken.readings[:, legs], axis=0) - at_home
+    return turned if (np.abs(off) < turns / 2).all() else None
 
 
 def _told(
