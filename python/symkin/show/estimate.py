@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from symkin.analysis.evaluation import AlignedErrors, Evaluation
 from symkin.analysis.workspace import workspace_coordinates
 from symkin.errors import few
 from symkin.estimate.covariates import sessions_of
@@ -277,9 +278,7 @@ def _errors(found: Estimate) -> list[ErrorLine]:
     kinds = found.nominal.space.errors
     lines = {kind: _expected_line(found, kind, unit) for kind, unit in kinds}
     if before is not None and after is not None:
-        old, new = (each.aligned or each for each in (before, after))
-        if before.aligned is None or after.aligned is None:
-            old, new = before, after
+        old, new = as_told(found, before, after)
         for kind, _ in after.kinds:
             measured = getattr(old, f"{kind}_rms"), getattr(new, f"{kind}_rms")
             lines[kind] = dataclasses.replace(lines[kind], measured=measured)
@@ -306,13 +305,21 @@ def _expected_line(found: Estimate, kind: str, unit: str) -> ErrorLine:
     )
 
 
+def as_told(found: Estimate, *errors: Evaluation) -> Sequence[Evaluation | AlignedErrors]:
+    """What a screen says first: what no frame explains, where nobody knows the frames."""
+    unknown = {name.partition(".")[0] for name in found.names}
+    aligned = [each.aligned for each in errors if each.aligned is not None]
+    floats = not unknown.isdisjoint({"base", "target"})
+    return aligned if floats and len(aligned) == len(errors) else errors
+
+
 def instrument_of(found: Estimate, kind: str) -> float:
     """What the instrument contributes to an error that it measured after identification, m or rad.
 
     The fit takes to itself of the noise what it then errs by elsewhere.
     """
     after, at_poses = found.after, found.accuracy_at_poses
-    left = math.nan if after is None else getattr(after.aligned or after, f"{kind}_rms")
+    left = math.nan if after is None else getattr(as_told(found, after)[0], f"{kind}_rms")
     return math.hypot(left, math.nan if at_poses is None else getattr(at_poses, kind))
 
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from symkin.analysis.evaluation import AlignedErrors, Evaluation
+from symkin.analysis.evaluation import Evaluation
 from symkin.analysis.promises import ExpectedAccuracy
 from symkin.errors import few
 from symkin.estimate.estimate import Estimate
@@ -18,7 +18,7 @@ from symkin.planning.simulation import Simulation
 from symkin.present import ErrorLine, Group, Headline, Image, Page, Section, Table, Verdict, page_of
 from symkin.show.check import symmetry_section
 from symkin.show.devices import device_notes
-from symkin.show.estimate import instrument_of, judgement, parameter_section
+from symkin.show.estimate import as_told, instrument_of, judgement, parameter_section
 from symkin.show.evaluation import (
     ALIGNED,
     error_figures,
@@ -89,11 +89,7 @@ def run_page(result: ProtocolResult) -> Page:
 def _errors(result: ProtocolResult) -> list[ErrorLine]:
     """The robot's true errors, and those to expect; what a measurement of it would contribute."""
     before, after, expected = result.before, result.after, result.expected
-    unknown = (name.partition(".")[0] for name in result.identification.names)
-    floats = not {"base", "target"}.isdisjoint(unknown)  # frames that nobody knows
-    told: list[Evaluation | AlignedErrors] = [
-        (floats and each.aligned) or each for each in (before, after)
-    ]
+    told = as_told(result.identification, before, after)
     return [
         ErrorLine(
             kind,

@@ -251,14 +251,24 @@ def test_the_report_of_measurements_has_residuals_and_cross_validation(measured,
     assert rows[2][1:4:2] == ["mm", fixed(1e3 * identification.mechanism.parameters[0, 0], 2)]
 
 
-def test_the_first_figure_of_measurements_is_what_no_frame_explains(measured, measured_page):
+def test_the_first_figure_of_measurements_is_the_error_as_evaluate_tells_it(
+    measured, measured_page
+):
     top = measured_page.source[: measured_page.source.index("<main>")]
-    places = [
-        top.index(milli(each.aligned.position_rms, "m"))
-        for each in (measured.before, measured.after)
-    ]
+    before, after = measured.before.position_rms, measured.after.position_rms
+    assert f"{milli(before, 'm')} → {milli(after, 'm')}" in top
+    places = [top.index(milli(each, "m")) for each in (before, after)]
     assert places == sorted(places)
     assert "as measured" in top[places[1] :]
+
+
+@pytest.mark.parametrize("frames", [(), ("base", "target")])
+def test_the_first_figure_is_what_no_frame_explains_where_frames_are_unknown(planar_result, frames):
+    taken = planar_result.simulation.measurements
+    found = symkin.identify(planar_result.identification.nominal, taken, frames=frames)
+    errors = [(frames and each.aligned) or each for each in (found.before, found.after)]
+    before, after = (milli(each.position_rms, "m").split()[0] for each in errors)
+    assert f"{before} → {after}" in found.text()
 
 
 def test_measurements_of_single_legs_are_reported_without_end_effector_errors(
