@@ -5,38 +5,29 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Literal, Self, Unpack
+from typing import TYPE_CHECKING, Any, Literal, Self
 
-from numpy.typing import ArrayLike
-
+from symkin.analysis import evaluation, workspace
 from symkin.analysis.checks import CheckResult, check_mechanism
-from symkin.analysis.evaluation import Evaluation, evaluate
 from symkin.analysis.observability import RowKind
-from symkin.analysis.observed import Observable, Observed, Observing
 from symkin.analysis.promises import CONFIDENCE
-from symkin.analysis.workspace import WorkspaceSample, sample_workspace
-from symkin.data.reading import Measured, MeasuredSessions
+from symkin.data.reading import MeasuredSessions
 from symkin.estimate.estimate import Estimate
 from symkin.estimate.identification import identify
 from symkin.estimate.options import Estimator, Loss, PoseUse
-from symkin.estimate.survey import Unknowns
 from symkin.estimate.unknowns import Gauge, LossPer, Priors, Sensor
 from symkin.files.mechanism_file import read_mechanism
 from symkin.files.mechanism_writer import save_mechanism
-from symkin.guided import Session, measure
-from symkin.model.given import MechanismGiven
+from symkin.guided import beginning
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import NoiseSettings
-from symkin.options import Visit, checks
+from symkin.options import checks
 from symkin.pipeline import ProtocolResult, run_protocol, saved_estimate
-from symkin.planning.making import plan
-from symkin.planning.plan import Plan
-from symkin.planning.selection import Criterion, Design, Region, SelectionMethod
-from symkin.planning.simulation import Simulation, simulate
+from symkin.planning import making, simulation
+from symkin.planning.selection import Criterion, Design, SelectionMethod
 from symkin.present import Page, kinds_told
 from symkin.results import Result, loaded
 from symkin.show.images import plotted
-from symkin.storage.tables import TableSource
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -50,6 +41,12 @@ class Robot(Mechanism):
 
     What `replace` and an estimate make of a robot is a robot again.
     """
+
+    sample_workspace = workspace.sample_workspace
+    plan = making.plan
+    simulate = simulation.simulate
+    measure = beginning.measure
+    evaluate = evaluation.evaluate
 
     @classmethod
     def of(cls, mechanism: Mechanism) -> Self:
@@ -67,73 +64,6 @@ class Robot(Mechanism):
     def check(self, seed: int | None = None) -> CheckResult:
         """Return `symkin.check_mechanism` of it."""
         return check_mechanism(self, seed)
-
-    def sample_workspace(
-        self, candidates: int | None = None, seed: int | None = None
-    ) -> WorkspaceSample:
-        """Return `symkin.sample_workspace` of it."""
-        return sample_workspace(self, candidates, seed)
-
-    def plan(
-        self,
-        pose_count: int | None = None,
-        *,
-        candidates: int | ArrayLike | WorkspaceSample | None = None,
-        seed: int | None = None,
-        design: Design | None = None,
-        rows: RowKind = "noise_aware",
-        criterion: Criterion = "O1",
-        method: SelectionMethod = "exchange",
-        required: ArrayLike | WorkspaceSample | TableSource | None = None,
-        measured: Measured | None = None,
-        avoid: Sequence[Region] = (),
-        minimum_distance: float = 0.0,
-        margin_sigmas: float = 3.0,
-        symmetry: bool = True,
-        visit: Visit | None = None,
-        spares: int | None = None,
-        time_limit: float | None = None,
-        threads: int = 0,
-        confidence: float = CONFIDENCE,
-        observe: Observing | None = None,
-        **unknowns: Unpack[Unknowns],
-    ) -> Plan:
-        """Return `symkin.plan` of `pose_count` poses out of its workspace."""
-        return plan(
-            self,
-            pose_count,
-            candidates=candidates,
-            seed=seed,
-            design=design,
-            rows=rows,
-            criterion=criterion,
-            method=method,
-            required=required,
-            measured=measured,
-            avoid=avoid,
-            minimum_distance=minimum_distance,
-            margin_sigmas=margin_sigmas,
-            symmetry=symmetry,
-            visit=visit,
-            spares=spares,
-            time_limit=time_limit,
-            threads=threads,
-            confidence=confidence,
-            observe=observe,
-            **unknowns,
-        )
-
-    def simulate(
-        self,
-        plan: Plan | TableSource,
-        seed: int | None = None,
-        actual: MechanismGiven | None = None,
-        *,
-        observe: Observed | Observable | None = None,
-        changes: Mapping[str, float | str] | None = None,
-    ) -> Simulation:
-        """Return `symkin.simulate` of a robot of this drawing that takes a plan's poses."""
-        return simulate(self, plan, seed, actual, observe=observe, changes=changes)
 
     def identify(
         self,
@@ -192,50 +122,6 @@ class Robot(Mechanism):
             clock_offset=clock_offset,
             bow=bow,
             confidence=confidence,
-        )
-
-    def measure(
-        self,
-        accuracy: float | None = None,
-        out: str | os.PathLike[str] | None = None,
-        *,
-        orientation: float | None = None,
-        confidence: float = CONFIDENCE,
-        noise: Literal["estimate"] | None = None,
-        candidates: int | ArrayLike | WorkspaceSample | None = None,
-        seed: int | None = None,
-        avoid: Sequence[Region] = (),
-        margin_sigmas: float = 3.0,
-        observe: Observable | Sequence[Observable] | None = None,
-        **unknowns: Unpack[Unknowns],
-    ) -> Session:
-        """Return `symkin.measure` of it: a guided session."""
-        return measure(
-            self,
-            accuracy,
-            out,
-            orientation=orientation,
-            confidence=confidence,
-            noise=noise,
-            candidates=candidates,
-            seed=seed,
-            avoid=avoid,
-            margin_sigmas=margin_sigmas,
-            observe=observe,
-            **unknowns,
-        )
-
-    def evaluate(
-        self,
-        *,
-        actual: MechanismGiven | None = None,
-        poses: ArrayLike | WorkspaceSample | None = None,
-        measurements: Measured | None = None,
-        confidence: float = CONFIDENCE,
-    ) -> Evaluation:
-        """Return `symkin.evaluate` of it as the model of a controller."""
-        return evaluate(
-            self, actual=actual, poses=poses, measurements=measurements, confidence=confidence
         )
 
     def run(
