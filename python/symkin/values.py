@@ -21,6 +21,7 @@ from symkin.errors import ResultsError
 
 Array = NDArray[np.float64]
 _Class = TypeVar("_Class", bound=type)
+_Scalar = TypeVar("_Scalar", bound=np.generic)
 _PLAIN = (str, int, bool, type(None))  # themselves, not what is derived from them
 
 
@@ -62,6 +63,12 @@ def record(cls: _Class) -> _Class:
     return cast(_Class, dataclasses.dataclass(eq=False, repr=False)(cls))
 
 
+def read_only(array: NDArray[_Scalar]) -> NDArray[_Scalar]:
+    """The same array, which nobody can change."""
+    array.flags.writeable = False
+    return array
+
+
 class Value:
     """A frozen dataclass that holds arrays: they are read-only, compared by value and not printed.
 
@@ -80,9 +87,7 @@ class Value:
         for each in dataclasses.fields(self):  # type: ignore[arg-type]
             value = getattr(self, each.name)
             if isinstance(value, np.ndarray) and value.flags.writeable:
-                view = value.view()
-                view.flags.writeable = False
-                object.__setattr__(self, each.name, view)
+                object.__setattr__(self, each.name, read_only(value.view()))
             elif type(value) is dict:
                 object.__setattr__(self, each.name, FrozenMapping(value))
 

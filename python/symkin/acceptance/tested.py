@@ -45,10 +45,9 @@ class Tested:
         self.unmeasured = int((read & ~(place | turn)).sum())
         kept = np.flatnonzero(read & (place | turn))
         if not len(kept):
-            origin = f"{table.source}: " if table.source else ""
             raise SymkinError(
-                f"{origin}no row has readings of all legs and a measured position or orientation, "
-                "so none can be tested"
+                f"{table.origin}no row has readings of all legs and a measured position or "
+                "orientation, so none can be tested"
             )
         table.require_table(model.sensor_table)
         poses, taken = model.forward_kinematics(table.readings[kept])

@@ -301,11 +301,6 @@ class Evaluation(Result):
         }
 
 
-def _origin(measurements: Measurements) -> str:
-    """The file that they are of, before a sentence."""
-    return f"{measurements.source}: " if measurements.source else ""
-
-
 def _complete(rows: Array) -> NDArray[np.bool_]:
     """Which rows have finite numbers alone; a reduction of short rows takes ten times as long."""
     return np.isfinite(rows @ np.ones(rows.shape[1]))
@@ -374,12 +369,12 @@ def evaluate(
         measurements.require_table(model.sensor_table)
         if not whole.any():
             raise SymkinError(
-                f"{_origin(measurements)}no row has a full measured pose, so none can be evaluated"
+                f"{measurements.origin}no row has a full measured pose, so none can be evaluated"
             )
         complete = np.flatnonzero(whole & np.isfinite(measurements.readings).all(axis=1))
         if not len(complete):
             raise SymkinError(
-                f"{_origin(measurements)}no pose has readings of all legs, so none can be evaluated"
+                f"{measurements.origin}no pose has readings of all legs, so none can be evaluated"
             )
         rows, numbers = measurements.poses[complete], measurements.row_numbers[complete]
         errors = _measurement_errors(model, measurements.subset(complete))

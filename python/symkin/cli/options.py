@@ -549,42 +549,35 @@ def several_of(given: Sequence[str] | None) -> list[str] | None:
     return [part.strip() for each in given for part in re.split(r",(?![^\[]*\])", each)]
 
 
-def assumed_of(given: Sequence[str] | None) -> dict[str, float | str] | None:
-    """Read names or patterns with a standard deviation each."""
+def _sizes_of(given: Sequence[str] | None, flag: str, expected: str) -> dict[str, str] | None:
+    """Read names or patterns with a size each, such as ``scale=1e-4``; None if none was given."""
     if given is None:
         return None
-    assumed: dict[str, float | str] = dict(each.rpartition("=")[::2] for each in given)
-    if "" in assumed:
-        raise typer.BadParameter(
-            f"--assume is {', '.join(given)}; expected names with a standard deviation each, such "
-            'as "target=0.5 mm" or "scale=1e-4"'
-        )
-    return {name: _spaced(str(value)) for name, value in assumed.items()}
+    sizes = dict(each.rpartition("=")[::2] for each in several_of(given) or ())
+    if "" in sizes:
+        raise typer.BadParameter(f"{flag} is {', '.join(given)}; expected {expected}")
+    return sizes
+
+
+def assumed_of(given: Sequence[str] | None) -> dict[str, float | str] | None:
+    """Read names or patterns with a standard deviation each."""
+    expected = 'names with a standard deviation each, such as "target=0.5 mm" or "scale=1e-4"'
+    sizes = _sizes_of(given, "--assume", expected)
+    return None if sizes is None else {name: _spaced(size) for name, size in sizes.items()}
 
 
 def changes_of(given: Sequence[str] | None) -> dict[str, str] | None:
     """Read what changes while a robot is measured: names with a size each."""
-    if given is None:
-        return None
-    changes = dict(each.rpartition("=")[::2] for each in several_of(given) or ())
-    if "" in changes:
-        raise typer.BadParameter(
-            f"--changes is {', '.join(given)}; expected names with a size each, such as "
-            '"leg2.drift=1 mrad"'
-        )
-    return {name: _spaced(size) for name, size in changes.items()}
+    sizes = _sizes_of(given, "--changes", 'names with a size each, such as "leg2.drift=1 mrad"')
+    return None if sizes is None else {name: _spaced(size) for name, size in sizes.items()}
 
 
 def priors_of(given: Sequence[str] | None) -> Priors | None:
     """Read ``tolerances`` or ``fitted``, or patterns with a standard deviation each."""
-    if given is None:
-        return None
-    if len(given) == 1 and given[0] in get_args(Prior):
+    if given is not None and len(given) == 1 and given[0] in get_args(Prior):
         return given[0]
-    priors = dict(each.rpartition("=")[::2] for each in given)
-    if "" in priors:
-        raise typer.BadParameter(
-            f'--prior is {", ".join(given)}; expected "tolerances", "fitted", or patterns with a '
-            'standard deviation each, such as "leg1.*=0.1 mm"'
-        )
-    return priors
+    expected = (
+        '"tolerances", "fitted", or patterns with a standard deviation each, such as '
+        '"leg1.*=0.1 mm"'
+    )
+    return _sizes_of(given, "--prior", expected)

@@ -26,7 +26,7 @@ from symkin.model.poses import POSE_SPACES, PoseSpace, space_named, wrong_quater
 from symkin.model.sensor_table import SensorTable
 from symkin.model.settings import NoiseSettings
 from symkin.results import Result
-from symkin.values import Array, Value, field, record
+from symkin.values import Array, Value, field, read_only, record
 
 ALL_LEGS = -1  # the set of poses that serve every leg; in files it is 0, and legs count from 1
 # What may have been observed besides poses and readings.
@@ -376,9 +376,8 @@ class MeasuredRows(Result):
             With `incomplete_because`.
         """
         if not self.complete:
-            origin = f"{self.source}: " if self.source else ""
             raise NotIdentifiableError(
-                f"{origin}{self.incomplete_because}; legs are identified one by one from full "
+                f"{self.origin}{self.incomplete_because}; legs are identified one by one from full "
                 "poses only"
             )
 
@@ -487,6 +486,11 @@ class MeasuredRows(Result):
         return _core.Observations(*given)
 
     @property
+    def origin(self) -> str:
+        """The file that they are of, before a sentence; empty without one."""
+        return f"{self.source}: " if self.source else ""
+
+    @property
     def source_name(self) -> str:
         """Name of the file, as it can be printed; empty without one."""
         return printable(self.source.name) if self.source else ""
@@ -508,10 +512,7 @@ class MeasuredRows(Result):
     def _leg_rows(self) -> tuple[NDArray[np.intp], ...]:
         own = self.leg_sets[:, np.newaxis] == np.arange(self.readings.shape[1])
         used = (own | (self.leg_sets == ALL_LEGS)[:, np.newaxis]) & np.isfinite(self.readings)
-        rows = tuple(np.flatnonzero(each) for each in used.T)
-        for each in rows:
-            each.flags.writeable = False
-        return rows
+        return tuple(read_only(np.flatnonzero(each)) for each in used.T)
 
     @property
     def measured_legs(self) -> tuple[int, ...]:
@@ -543,15 +544,14 @@ class MeasuredRows(Result):
         NotIdentifiableError
             Naming the leg, its number of poses and what it needs.
         """
-        origin = f"{self.source}: " if self.source else ""
         if not self.measured_legs:
-            raise NotIdentifiableError(f"{origin}no leg has a measured pose")
+            raise NotIdentifiableError(f"{self.origin}no leg has a measured pose")
         for leg in self.measured_legs:
             poses = len(self.rows_of(leg))
             count = counts if isinstance(counts, int) else counts[leg]
             if poses < count:
                 raise NotIdentifiableError(
-                    f"{origin}leg {leg + 1} has {poses} measured poses; "
+                    f"{self.origin}leg {leg + 1} has {poses} measured poses; "
                     f"its {count} parameters need at least {count}"
                 )
 
@@ -576,7 +576,7 @@ class MeasuredRows(Result):
             raise MeasurementError(f"rows have shape {np.shape(rows)}; expected 1 dimension")
         try:
             state = {
-                each.name: _fixed(value[rows]) if isinstance(value, np.ndarray) else value
+                each.name: read_only(value[rows]) if isinstance(value, np.ndarray) else value
                 for each in fields(self)
                 for value in (getattr(self, each.name),)
             }
@@ -598,8 +598,7 @@ class MeasuredRows(Result):
         """Some of the rows, of which nothing has to be checked again."""
         if self.partners is not None:  # without those that stay behind
             there = np.isin(state["partners"], state["row_numbers"])
-            state["partners"] = np.where(there, state["partners"], 0)
-            state["partners"].flags.writeable = False
+            state["partners"] = read_only(np.where(there, state["partners"], 0))
         part = object.__new__(type(self))
         part.__dict__.update(state)
         return part
@@ -622,11 +621,6 @@ def _along(deviations: Array, directed: Directed | None) -> Array:
     count = directed.deviations[0].size if len(found) else 0
     found.reshape(len(found), -1)[:, :count] = directed.deviations.reshape(len(found), -1)
     return found
-
-
-def _fixed(values: NDArray[Any]) -> NDArray[Any]:
-    values.flags.writeable = False
-    return values
 
 
 def _flat(values: NDArray[Any]) -> NDArray[Any]:

@@ -152,10 +152,9 @@ def _require_poses(mechanism: Mechanism, measurements: Measurements, poses: Pose
     unmeasured = sorted(set(range(len(mechanism.legs))) - set(used.measured_legs))
     if unmeasured:
         whose = "its" if len(unmeasured) == 1 else "their"
-        origin = f"{measurements.source}: " if measurements.source else ""
         raise NotIdentifiableError(
-            f"{origin}no readings of {mechanism.named_legs(unmeasured)}: {whose} parameters cannot "
-            "be identified"
+            f"{measurements.origin}no readings of {mechanism.named_legs(unmeasured)}: {whose} "
+            "parameters cannot be identified"
         )
     used.require([-(-count // mechanism.closures) for count in mechanism.estimated_counts])
 

@@ -45,7 +45,7 @@ from symkin.model.settings import (
     Tolerances,
     WorkspaceSettings,
 )
-from symkin.values import Array
+from symkin.values import Array, read_only
 
 __all__ = ["Leg", "Mechanism"]
 
@@ -225,7 +225,7 @@ class Mechanism(Kinematics):
             ),
             "_infos": infos,
             "_names": names,
-            "_parameters": _read_only(values),
+            "_parameters": read_only(values),
         }
         vars(self).update(fields)
         # Readings count on from home, wherever the sensors' zeros are.
@@ -378,9 +378,7 @@ class Mechanism(Kinematics):
     @cached_property
     def is_read(self) -> NDArray[np.bool_]:
         """Whether a sensor reads each leg, shape (legs,); the others bind the platform."""
-        read = np.array([info.read for info in self._infos])
-        read.flags.writeable = False
-        return read
+        return read_only(np.array([info.read for info in self._infos]))
 
     @property
     def reading_count(self) -> int:
@@ -448,10 +446,8 @@ class Mechanism(Kinematics):
         `identify` may free, and of a guide in space
         that coordinate of its point along which it runs, since the sensor's offset does the same.
         """
-        columns = [np.array(each, dtype=np.intp) for each in self.core.estimated_parameters]
-        for each in columns:
-            each.flags.writeable = False
-        return tuple(columns)
+        columns = self.core.estimated_parameters
+        return tuple(read_only(np.array(each, dtype=np.intp)) for each in columns)
 
     @property
     def is_estimated(self) -> NDArray[np.bool_]:
@@ -556,7 +552,7 @@ class Mechanism(Kinematics):
     @property
     def home(self) -> Array:
         """The pose at which the workspace's aspect is defined, shape (coordinates,)."""
-        return _read_only(self.poses_at(self.home_coordinates))
+        return read_only(self.poses_at(self.home_coordinates))
 
     @property
     def home_coordinates(self) -> Array:
@@ -636,7 +632,7 @@ def require_same_shape(actual: Mechanism, model: Mechanism) -> None:
 
 
 def _of_legs(name: str, values: ArrayLike, shape: tuple[int, ...]) -> Array:
-    array = _read_only(np.array(values, dtype=np.float64))
+    array = read_only(np.array(values, dtype=np.float64))
     if array.shape != shape:
         raise MechanismError(f"{name} have shape {array.shape}; expected (legs, p) = {shape}")
     return array
@@ -645,9 +641,4 @@ def _of_legs(name: str, values: ArrayLike, shape: tuple[int, ...]) -> Array:
 def _deviations(given: ArrayLike, legs: Sequence[Leg], names: Sequence[str]) -> Array:
     """NaN where a leg has no such parameter."""
     has = np.array([[name in leg.parameters for name in names] for leg in legs])
-    return _read_only(np.where(has, _of_legs("deviations", given, has.shape), np.nan))
-
-
-def _read_only(array: Array) -> Array:
-    array.flags.writeable = False
-    return array
+    return read_only(np.where(has, _of_legs("deviations", given, has.shape), np.nan))

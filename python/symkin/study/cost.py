@@ -28,7 +28,6 @@ from symkin.planning.selection import LegRows, select_poses
 from symkin.planning.simulation import simulate_observed
 from symkin.results import FolderResult
 from symkin.study.definition import Cell, StudyDefinition
-from symkin.study.robots import NORMAL_95
 from symkin.values import Array, Value, record
 
 # What is timed, in the order of the columns, and what the theory says of n legs.
@@ -226,13 +225,5 @@ def _power(legs: NDArray[np.intp], times: Array) -> tuple[float, float, float]:
     slope = float(x @ y / (x @ x))
     left = y - y.mean() - slope * x
     spare = len(x) - 2
-    reach = _student_95(spare) * math.sqrt(left @ left / spare / (x @ x))
+    reach = _core.student_limit(0.05, spare) * math.sqrt(left @ left / spare / (x @ x))
     return slope, slope - reach, slope + reach
-
-
-def _student_95(degrees: int) -> float:
-    """Two-sided 95% quantile of Student's distribution (expansion of Cornish and Fisher)."""
-    z = NORMAL_95
-    first, second = (z**3 + z) / 4, (5 * z**5 + 16 * z**3 + 3 * z) / 96
-    third = (3 * z**7 + 19 * z**5 + 17 * z**3 - 15 * z) / 384
-    return z + first / degrees + second / degrees**2 + third / degrees**3
