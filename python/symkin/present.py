@@ -60,35 +60,19 @@ class ErrorLine:
     """Errors of the end effector in one line: what a robot was, is, and is said to keep.
 
     Root mean squares in m or rad, each None where it is not known.
-
-    Attributes
-    ----------
-    kind, unit : str
-        ``"position"`` in ``"m"``, or ``"orientation"`` in ``"rad"``.
-    before, after : float or None
-        Of the robot itself.
-    expected : float or None
-        What such robots have afterwards on average,
-    bound, confidence : float or None, float
-        and what so large a share of them is within.
-    measured : (float, float) or None
-        Before and after as the instrument has them, frames aligned,
-    instrument : float or None
-        and what the instrument contributes to that.
-    aligned, largest : float or None
-        After the best alignment of the frames; and the largest.
     """
 
-    kind: str
+    kind: str  # ``"position"`` in ``"m"``, or ``"orientation"`` in ``"rad"``
     unit: str
-    before: float | None = None
+    before: float | None = None  # of the robot itself
     after: float | None = None
-    expected: float | None = None
-    bound: float | None = None
+    expected: float | None = None  # what such robots have afterwards on average,
+    bound: float | None = None  # and what so large a share of them is within
     confidence: float = 0.95
+    # Before and after as the instrument has them, frames aligned,
     measured: tuple[float, float] | None = None
-    instrument: float | None = None
-    aligned: float | None = None
+    instrument: float | None = None  # and what the instrument contributes to that
+    aligned: float | None = None  # after the best alignment of the frames; and the largest
     largest: float | None = None
 
 
@@ -102,29 +86,16 @@ class Group:
 
 @record
 class Table:
-    """A table with a caption and a heading above each column.
-
-    Attributes
-    ----------
-    wordy : bool
-        Whether its cells are words, set to the left, rather than numbers.
-    brief : bool
-        Whether the command line prints it too.
-    brief_rows : int
-        How many rows of it, 0 for all.
-    others : str
-        What the rows are that are not printed then.
-    about : int or None
-        A row that is printed in any case: then those are spread evenly that there is room for.
-    """
+    """A table with a caption and a heading above each column."""
 
     caption: str
     columns: Sequence[str]
     groups: Sequence[Group]
-    wordy: bool = False
-    brief: bool = False
-    brief_rows: int = 0
-    others: str = "more"
+    wordy: bool = False  # whether its cells are words, set to the left, rather than numbers
+    brief: bool = False  # whether the command line prints it too
+    brief_rows: int = 0  # how many rows of it, 0 for all
+    others: str = "more"  # what the rows are that are not printed then
+    # A row that is printed in any case: then those are spread evenly that there is room for.
     about: int | None = None
 
 
@@ -180,54 +151,27 @@ class Section:
 
 @record
 class Page:
-    """A result, told.
+    """A result, told."""
 
-    Attributes
-    ----------
-    title, subtitle : str
-        Of the page.
-    errors : sequence of ErrorLine
-        Of the end effector, a line each of position and orientation.
-    headlines : sequence of (label, value, remark)
-        The other few numbers that matter.
-    verdict : {"good", "doubtful", "bad", ""}
-        For the looks; `judgement` says it in words.
-    judgement : str
-        Whether the result can be trusted.
-    doubts, notes : sequence of str
-        Why not; and what to know besides.
-    paragraphs : sequence of str
-        What was done and what came out.
-    next_step : str
-        What to do now.
-    next_command : str
-        The command that does it, on a line of its own; ``{folder}`` stands for where the result's
-        files are.
-    sections : sequence of Section
-        The rest, most important first.
-    files : sequence of str
-        Names of the files that are written beside the page, which links to them.
-    inputs : sequence of (name, Path or bytes)
-        What it was made from; the page's foot has their SHA-256.
-    one_page : bool
-        Whether it is set small on paper, to be one sheet.
-    """
-
-    title: str
+    title: str  # of the page
     subtitle: str = ""
-    errors: Sequence[ErrorLine] = ()
-    headlines: Sequence[Headline] = ()
-    verdict: Verdict = ""
-    judgement: str = ""
-    doubts: Sequence[str] = ()
+    errors: Sequence[ErrorLine] = ()  # of the end effector, a line each of position and orientation
+    headlines: Sequence[Headline] = ()  # the other few numbers that matter
+    verdict: Verdict = ""  # for the looks; `judgement` says it in words
+    judgement: str = ""  # whether the result can be trusted
+    doubts: Sequence[str] = ()  # why not; and what to know besides
     notes: Sequence[str] = ()
-    paragraphs: Sequence[str] = ()
-    next_step: str = ""
+    paragraphs: Sequence[str] = ()  # what was done and what came out
+    next_step: str = ""  # what to do now
+    # The command that does it, on a line of its own; ``{folder}`` stands for where the result's
+    # files are.
     next_command: str = ""
-    sections: Sequence[Section] = ()
+    sections: Sequence[Section] = ()  # the rest, most important first
+    # Names of the files that are written beside the page, which links to them.
     files: Sequence[str] = ()
+    # What it was made from; the page's foot has their SHA-256.
     inputs: Sequence[tuple[str, Path | bytes]] = ()
-    one_page: bool = False
+    one_page: bool = False  # whether it is set small on paper, to be one sheet
 
     def __str__(self) -> str:
         """Return title, verdict and the few numbers that matter, a line each."""

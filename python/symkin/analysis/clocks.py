@@ -73,24 +73,13 @@ class Track:
 
 @record
 class Clocks(Value):
-    """How the clock of a second log goes: time on the first is offset + rate times its own.
+    """How the clock of a second log goes: time on the first is offset + rate times its own."""
 
-    Attributes
-    ----------
-    offset : float
-        s.
-    rate : float
-        Seconds of the first for one of the second.
-    deviation : float
-        Standard deviation of the offset in the middle of the log, s, for white noise of the speeds.
-    correlation : float
-        Of the speeds.
-    """
-
-    offset: float = field(unit="s")
-    rate: float
+    offset: float = field(unit="s")  # s
+    rate: float  # seconds of the first for one of the second
+    # Standard deviation of the offset in the middle of the log, s, for white noise of the speeds.
     deviation: float = field(unit="s")
-    correlation: float
+    correlation: float  # of the speeds
 
     def of_first(self, times: Array) -> Array:
         """Times of the second log on the clock of the first."""

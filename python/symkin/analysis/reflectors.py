@@ -38,20 +38,11 @@ _IN_LINE = 1e-3  # of a body's size: its points are in a line
 
 
 class PlacedPoints(NamedTuple):
-    """Where a device stands, and where the points are on the platform.
+    """Where a device stands, and where the points are on the platform."""
 
-    Attributes
-    ----------
-    base : Transform
-        The robot's base in the device's frame.
-    places : ndarray, shape (n, 3)
-        Of the points, in the platform's frame, m.
-    rms : float
-        What is left of the distances between points seen and points of the robot's poses, m.
-    """
-
-    base: Transform
-    places: Array
+    base: Transform  # the robot's base in the device's frame
+    places: Array  # (n, 3): of the points, in the platform's frame, m
+    # What is left of the distances between points seen and points of the robot's poses, m.
     rms: float
 
 
@@ -182,17 +173,10 @@ def _refined(seen: Array, body: Array, space: PoseSpace) -> Array:
 
 
 class OwnPoses(NamedTuple):
-    """Measured poses in the robot's own frame.
+    """Measured poses in the robot's own frame."""
 
-    Attributes
-    ----------
-    poses : ndarray, shape (N, coordinates)
-        Of the platform; NaN where it was not measured in full.
-    arm : ndarray, shape (3,)
-        Where on the platform it was measured best: the middle of points, else its origin.
-    """
-
-    poses: Array
+    poses: Array  # (N, coordinates): of the platform; NaN where it was not measured in full
+    # (3,): where on the platform it was measured best: the middle of points, else its origin.
     arm: Array
 
 

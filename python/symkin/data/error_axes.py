@@ -13,19 +13,12 @@ from symkin.values import Array
 
 
 class Directed(NamedTuple):
-    """Errors of places, as many of each row as there are, independent along axes of their own.
+    """Errors of places, as many of each row as there are, independent along axes of their own."""
 
-    Attributes
-    ----------
-    axes : ndarray, shape (N, n, size, size)
-        By rows, each in the place of the coordinate that it is nearest to; of a coordinate that was
-        not measured the coordinate itself.
-    deviations : ndarray, shape (N, n, size)
-        Along these, m.
-    """
-
+    # (N, n, size, size): by rows, each in the place of the coordinate that it is nearest to; of a
+    # coordinate that was not measured the coordinate itself.
     axes: Array
-    deviations: Array
+    deviations: Array  # (N, n, size): along these, m
 
     @property
     def in_space(self) -> Array:

@@ -196,36 +196,18 @@ OBSERVABLES: Mapping[str, Observable] = {each.name: each for each in _ALL}
 
 @record
 class Circumstance:
-    """What is known exactly of every row beside what was observed, and may be a covariate.
+    """What is known exactly of every row beside what was observed, and may be a covariate."""
 
-    Attributes
-    ----------
-    name : str
-        The attribute of `Measurements` that holds it.
-    kind : str
-        One of it, in words.
-    column : str
-        Its column, with the unit; of what every leg has, before its number.
-    by_leg : bool
-        Whether every leg has one, which a table may give all by one column without a number.
-    by_axis : bool
-        Whether it is a vector in the frame of the measuring device.
-    unit : str
-        Behind the number or the axis in its columns; ``{reading}`` is that of the readings.
-    values : tuple of float
-        What it may be; empty for any number.
-    counts : bool
-        Whether it is a whole number, from 0.
-    """
-
-    name: str
-    kind: str
-    column: str
+    name: str  # the attribute of `Measurements` that holds it
+    kind: str  # one of it, in words
+    column: str  # its column, with the unit; of what every leg has, before its number
+    # Whether every leg has one, which a table may give all by one column without a number.
     by_leg: bool = False
-    by_axis: bool = False
+    by_axis: bool = False  # whether it is a vector in the frame of the measuring device
+    # Behind the number or the axis in its columns; ``{reading}`` is that of the readings.
     unit: str = ""
-    values: tuple[float, ...] = ()
-    counts: bool = False
+    values: tuple[float, ...] = ()  # what it may be; empty for any number
+    counts: bool = False  # whether it is a whole number, from 0
 
     @property
     def dimensions(self) -> int:

@@ -22,27 +22,15 @@ from symkin.values import Array, Value, record
 
 @record
 class FoundTogether(Value):
-    """What a row of a fleet has of a robot.
+    """What a row of a fleet has of a robot."""
 
-    Attributes
-    ----------
-    failure : str
-        Why there is no estimate; or empty.
-    doubts : tuple of Doubt
-        What speaks against it.
-    notes : tuple of Note
-        What to know of it.
-    columns : mapping of str to ndarray
-        As the core's fleet has them, of one robot; deviations of what is held are zero. Empty for
-        one that failed.
-    surroundings : mapping of str to (str, float, float)
-        Of each unknown of the frames: its unit, value and standard deviation.
-    """
-
-    failure: str
-    doubts: tuple[Doubt, ...] = ()
-    notes: tuple[Note, ...] = ()
+    failure: str  # why there is no estimate; or empty
+    doubts: tuple[Doubt, ...] = ()  # what speaks against it
+    notes: tuple[Note, ...] = ()  # what to know of it
+    # As the core's fleet has them, of one robot; deviations of what is held are zero. Empty for one
+    # that failed.
     columns: Mapping[str, Array] | None = None
+    # Of each unknown of the frames: its unit, value and standard deviation.
     surroundings: Mapping[str, tuple[str, float, float]] | None = None
 
 

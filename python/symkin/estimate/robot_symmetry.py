@@ -288,18 +288,10 @@ class _Legs:
 
 @record
 class _Closures:
-    """The k closures of a leg at N poses.
+    """The k closures of a leg at N poses."""
 
-    Attributes
-    ----------
-    moves : ndarray, shape (N, k, dof + 1)
-        Their derivatives by the pose and by the joint.
-    errors : ndarray, shape (N, k, p)
-        By the leg's parameters.
-    """
-
-    moves: Array
-    errors: Array
+    moves: Array  # (N, k, dof + 1): their derivatives by the pose and by the joint
+    errors: Array  # (N, k, p): by the leg's parameters
 
     @property
     def reached(self) -> NDArray[np.bool_]:

@@ -18,28 +18,15 @@ _WHOLE = 1e-12  # of a factor, to which rounding may have moved it
 
 
 class Equation(NamedTuple):
-    """``sum of factors times unknowns = constant``, of one tie.
+    """``sum of factors times unknowns = constant``, of one tie."""
 
-    Attributes
-    ----------
-    text : str
-        As it was written.
-    factors : dict of str to float
-        By the names of the unknowns, in the order in which they were named.
-    constant : float
-        In SI units.
-    measured : bool
-        Whether somebody measured it, so that all keep priors of their own; else they are one draw
-        of the workshop. If that is not said: where a number is stated, or a sum.
-    within : str
-        The standard deviation with which it holds; empty if it is exact.
-    """
-
-    text: str
-    factors: dict[str, float]
-    constant: float
+    text: str  # as it was written
+    factors: dict[str, float]  # by the names of the unknowns, in the order in which they were named
+    constant: float  # in SI units
+    # Whether somebody measured it, so that all keep priors of their own; else they are one draw of
+    # the workshop. If that is not said: where a number is stated, or a sum.
     measured: bool
-    within: str = ""
+    within: str = ""  # the standard deviation with which it holds; empty if it is exact
 
 
 def meaning_of(text: str) -> tuple[str, str]:
@@ -146,24 +133,13 @@ def _linear(
 
 
 class Solved(NamedTuple):
-    """What ties leave of the unknowns.
+    """What ties leave of the unknowns."""
 
-    Attributes
-    ----------
-    by : dict of str to dict of str to float
-        Of every unknown that they bind: which others it follows, and by which factors.
-    constants : dict of str to float
-        And what is added.
-    measured : frozenset of str
-        Those of them that keep a draw of their own: of sums.
-    redundant : tuple of str
-        Ties that follow from those before them.
-    """
-
+    # Of every unknown that they bind: which others it follows, and by which factors.
     by: dict[str, dict[str, float]]
-    constants: dict[str, float]
-    measured: frozenset[str]
-    redundant: tuple[str, ...]
+    constants: dict[str, float]  # and what is added
+    measured: frozenset[str]  # those of them that keep a draw of their own: of sums
+    redundant: tuple[str, ...]  # ties that follow from those before them
 
 
 def solved(

@@ -28,51 +28,29 @@ class DeclaredChain:
     others of which turn freely. Where legs bind the platform, and are not all alike with one
     reading each, there is one for each closure that has no reading, too: then all joints turn
     freely. Together they have the closures that the leg has.
-
-    Attributes
-    ----------
-    table_name : str
-        As the file calls its table.
-    reading : str
-        The joint that is read, where it is not the only chain of the leg; of a closure without a
-        reading ``closure_1`` and so on.
-    pose_space : str
-        Kind of the poses.
-    joints, transforms, loops, scalars : list
-        What the core is told, in lists and plain values; see ``_core.Declaration``. A scalar is
-        [name, transform, slot, end, kind, held, uses], and a use, where else it stands,
-        [kind, index, slot, factor]: in another transform, or as a joint's ratio.
-    home_pose, home_joints : list of float
-        The branch: a row of a pose array, and there the joints that stand by themselves.
-    free : list of int
-        Coordinates that can be chosen where legs bind the platform.
-    nominal : dict of str to float
-        The drawn value of every parameter but the sensor's.
-    exact : list of str
-        Parameters that are held because the file says so.
-    table : dict
-        The declaration as the file has it, with what was found filled in.
-    recognise : bool
-        Whether it is computed as a known chain where it is one.
-    closure : int
-        Which closure of the leg it is; -1 for all that it has.
     """
 
-    table_name: str
+    table_name: str  # as the file calls its table
+    # The joint that is read, where it is not the only chain of the leg; of a closure without a
+    # reading ``closure_1`` and so on.
     reading: str
-    pose_space: str
+    pose_space: str  # kind of the poses
+    # What the core is told, in lists and plain values; see ``_core.Declaration``. A scalar is
+    # [name, transform, slot, end, kind, held, uses], and a use, where else it stands, [kind, index,
+    # slot, factor]: in another transform, or as a joint's ratio.
     joints: list[list[Any]]
     transforms: list[list[float]]
     loops: list[list[Any]]
     scalars: list[list[Any]]
+    # The branch: a row of a pose array, and there the joints that stand by themselves.
     home_pose: list[float]
     home_joints: list[float]
-    free: list[int]
-    nominal: dict[str, float]
-    exact: list[str]
-    table: dict[str, Any]
-    recognise: bool = True
-    closure: int = -1
+    free: list[int]  # coordinates that can be chosen where legs bind the platform
+    nominal: dict[str, float]  # the drawn value of every parameter but the sensor's
+    exact: list[str]  # parameters that are held because the file says so
+    table: dict[str, Any]  # the declaration as the file has it, with what was found filled in
+    recognise: bool = True  # whether it is computed as a known chain where it is one
+    closure: int = -1  # which closure of the leg it is; -1 for all that it has
 
     @property
     def label(self) -> str:

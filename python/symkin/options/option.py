@@ -13,41 +13,20 @@ from symkin.errors import SymkinError, one_of, shown
 
 @dataclass(frozen=True)
 class Option:
-    """What may be asked for, wherever it is.
+    """What may be asked for, wherever it is."""
 
-    Attributes
-    ----------
-    name : str
-        In Python and in files.
-    kind : type
-        `int`, `float`, `bool`, `str` or `Path`-like; a `Literal` of its words; ``list[...]`` of
-        any number of them, which on the command line is given several times.
-    help : str
-        What the command line says of it.
-    default : object
-        None where it follows from something else, which the help says.
-    metavar : str
-        What stands for a value in the help.
-    least, most : float or None
-        Of a number.
-    unit : str
-        Of a number that the command line takes with any unit, as text.
-    seldom : str
-        Title of its group in the whole help, if the short one leaves it out.
-    objects : bool
-        Whether Python takes an object for it, too, which its function looks at.
-    """
-
-    name: str
+    name: str  # in Python and in files
+    # `int`, `float`, `bool`, `str` or `Path`-like; a `Literal` of its words; ``list[...]`` of any
+    # number of them, which on the command line is given several times.
     kind: Any
-    help: str
-    default: Any = None
-    metavar: str = ""
-    least: float | None = None
+    help: str  # what the command line says of it
+    default: Any = None  # None where it follows from something else, which the help says
+    metavar: str = ""  # what stands for a value in the help
+    least: float | None = None  # of a number
     most: float | None = None
-    unit: str = ""
-    seldom: str = ""
-    objects: bool = False
+    unit: str = ""  # of a number that the command line takes with any unit, as text
+    seldom: str = ""  # title of its group in the whole help, if the short one leaves it out
+    objects: bool = False  # whether Python takes an object for it, too, which its function looks at
 
     @property
     def flag(self) -> str:

@@ -31,23 +31,12 @@ _LEFT = 1e-2  # of the largest W W': with less the differences have cost digits
 
 @dataclass
 class Completing:
-    """Candidates to choose from, and what is known without them.
+    """Candidates to choose from, and what is known without them."""
 
-    Attributes
-    ----------
-    rows : ndarray, shape (n, r, p)
-        What each candidate brings, in units of the unknowns' scale.
-    form : ndarray, shape (p, p)
-        The mean squared error, by errors of the unknowns.
-    information : ndarray, shape (p, p)
-        Of priors and of the rows that are taken.
-    chance : ndarray, shape (n,)
-        How likely each candidate can be measured; of what must not be chosen, zero.
-    """
-
-    rows: Array
-    form: Array
-    information: Array
+    rows: Array  # (n, r, p): what each candidate brings, in units of the unknowns' scale
+    form: Array  # (p, p): the mean squared error, by errors of the unknowns
+    information: Array  # (p, p): of priors and of the rows that are taken
+    # (n,): how likely each candidate can be measured; of what must not be chosen, zero.
     chance: Array
 
     def __post_init__(self) -> None:

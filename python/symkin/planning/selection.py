@@ -308,21 +308,12 @@ def _selection(result: _core.Selection, criterion: Criterion) -> Selection:
 
 @record
 class Task:
-    """One selection of a design.
+    """One selection of a design."""
 
-    Attributes
-    ----------
-    mechanism : Mechanism
-        The nominal one.
-    leg : int or None
-        The leg, from 0, whose parameters it shows; None for those of all legs.
-    sets : tuple of (int, tuple of SymmetryElement or SymmetryPair)
-        The sets that it gives: the leg (from 0; -1 for all legs) and the elements that carry each
-        chosen pose into the set.
-    """
-
-    mechanism: Mechanism
-    leg: int | None
+    mechanism: Mechanism  # the nominal one
+    leg: int | None  # the leg, from 0, whose parameters it shows; None for those of all legs
+    # The sets that it gives: the leg (from 0; -1 for all legs) and the elements that carry each
+    # chosen pose into the set.
     sets: tuple[tuple[int, tuple[Carrying, ...]], ...]
 
     @property

@@ -18,23 +18,12 @@ Cell = tuple[int, str]  # the row, from 0, and what stands there
 
 @record
 class Numbers:
-    """A column as numbers.
+    """A column as numbers."""
 
-    Attributes
-    ----------
-    values : ndarray, shape (N,)
-        NaN where a cell is empty, and where it holds something else.
-    empty : ndarray of bool, shape (N,)
-        Which are empty.
-    text : (int, str) or None
-        The first cell that is no number.
-    marks : dict of str to (int, str)
-        For each decimal mark, the first cell that has it.
-    """
-
-    values: Array
-    empty: NDArray[np.bool_]
-    text: Cell | None = None
+    values: Array  # (N,): NaN where a cell is empty, and where it holds something else
+    empty: NDArray[np.bool_]  # (N,): which are empty
+    text: Cell | None = None  # the first cell that is no number
+    # For each decimal mark, the first cell that has it.
     marks: dict[str, Cell] = field(default_factory=dict)
 
     def numbers(self) -> Numbers:
@@ -54,21 +43,12 @@ class Numbers:
 
 @record
 class Words:
-    """A column as words.
+    """A column as words."""
 
-    Attributes
-    ----------
-    codes : ndarray of int, shape (N,)
-        Places among the words that differ; -1 where a cell is empty.
-    distinct : sequence of str
-        These.
-    with_commas : bool
-        Whether a comma may be their decimal mark.
-    """
-
+    # (N,): places among the words that differ; -1 where a cell is empty.
     codes: NDArray[np.integer[Any]]
-    distinct: Sequence[str]
-    with_commas: bool = True
+    distinct: Sequence[str]  # these
+    with_commas: bool = True  # whether a comma may be their decimal mark
 
     @classmethod
     def of(cls, cells: Iterable[str | None]) -> Words:

@@ -15,24 +15,12 @@ from symkin.values import Value, field, record
 
 @record
 class Asked:
-    """What is said beside a log.
+    """What is said beside a log."""
 
-    Attributes
-    ----------
-    mechanism : Mechanism or None
-        The robot that was logged.
-    beside : Log or None
-        A second log of the same motion: what the encoders showed.
-    radius : float or None
-        How far from the middle a bed was probed, m.
-    body : str
-        Name of the rigid body that is the platform's; empty: the first.
-    """
-
-    mechanism: Mechanism | None = None
-    beside: Log | None = None
-    radius: float | None = None
-    body: str = ""
+    mechanism: Mechanism | None = None  # the robot that was logged
+    beside: Log | None = None  # a second log of the same motion: what the encoders showed
+    radius: float | None = None  # how far from the middle a bed was probed, m
+    body: str = ""  # name of the rigid body that is the platform's; empty: the first
 
 
 @record
@@ -64,42 +52,21 @@ class Log:
 
 @record
 class ImportedLog(Value):
-    """What was measured, read from a log.
+    """What was measured, read from a log."""
 
-    Attributes
-    ----------
-    kind : str
-        Title of the format.
-    columns : mapping of str to array
-        A table of measurements; empty if the log has none.
-    mechanism : Mechanism or None
-        The robot, if the log has its geometry.
-    took, left : tuple of str
-        What was taken from the log, and what was left in it.
-    """
-
-    kind: str
+    kind: str  # title of the format
+    # A table of measurements; empty if the log has none.
     columns: Mapping[str, Any] = field(private=True)
-    mechanism: Mechanism | None = field(private=True)
-    took: tuple[str, ...]
+    mechanism: Mechanism | None = field(private=True)  # the robot, if the log has its geometry
+    took: tuple[str, ...]  # what was taken from the log, and what was left in it
     left: tuple[str, ...]
 
 
 @record
 class LogFormat:
-    """A kind of log.
+    """A kind of log."""
 
-    Attributes
-    ----------
-    name, title : str
-        In a word, and in words.
-    recognises : callable
-        Whether a file is one, by what it holds.
-    read : callable
-        What it says.
-    """
-
-    name: str
+    name: str  # in a word, and in words
     title: str
-    recognises: Callable[[Log], bool]
-    read: Callable[[Log, Asked], ImportedLog]
+    recognises: Callable[[Log], bool]  # whether a file is one, by what it holds
+    read: Callable[[Log, Asked], ImportedLog]  # what it says

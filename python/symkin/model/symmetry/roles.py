@@ -19,25 +19,14 @@ _BY_ERRORS = 0.05  # tolerances that errors of such a robot bring into one of a 
 
 
 class RoleImage(NamedTuple):
-    """How a leg comes from the first of its orbit.
+    """How a leg comes from the first of its orbit."""
 
-    Attributes
-    ----------
-    reference : int
-        That leg, from 0.
-    element : SymmetryPair
-        What carries it here.
-    by : ndarray, shape (p, p)
-        Derivatives of the leg's parameters by the reference's, where both are to keep the symmetry;
-        NaN for an angle that means nothing where the leg is.
-    sign : int
-        In which sense the joint counts, as the reference's does: 1 or -1.
-    """
-
-    reference: int
-    element: SymmetryPair
+    reference: int  # that leg, from 0
+    element: SymmetryPair  # what carries it here
+    # (p, p): derivatives of the leg's parameters by the reference's, where both are to keep the
+    # symmetry; NaN for an angle that means nothing where the leg is.
     by: Array
-    sign: int
+    sign: int  # in which sense the joint counts, as the reference's does: 1 or -1
 
 
 def role_images(mechanism: Mechanism) -> tuple[RoleImage, ...]:
