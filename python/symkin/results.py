@@ -211,21 +211,10 @@ def loaded(
     kinds: Collection[type[Result]],
     classes: Mapping[type, type] | None = None,
 ) -> Any:
-    """Read a result from its file, or from the folder that it was written to.
+    """Read a result of some kinds from its JSON file, or from the folder that it was written to.
 
-    Parameters
-    ----------
-    path : str or path
-        A JSON file, or a folder with one.
-    kinds : collection of type
-        What it may be.
-    classes : mapping of type to type, optional
-        What is made instead of a class.
-
-    Raises
-    ------
-    ResultsError
-        If the file cannot be read, or has no result, or one of another kind or version.
+    Of `classes` others are made instead. Raises `ResultsError` if the file cannot be read, or has
+    no result, or one of another kind or version.
     """
     file = _results_file(Path(path))
     document = read_results(file)

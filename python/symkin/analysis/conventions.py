@@ -100,18 +100,11 @@ def rotations_from_angles(angles: Array, order: str) -> Array:
 
 
 def ways_of(device: Array, space: str, *, triples: bool, elsewhere: bool = False) -> list[str]:
-    """The ways in which measured poses may be meant.
+    """The ways in which poses, or positions and three numbers, may be meant.
 
-    Parameters
-    ----------
-    device : ndarray, shape (N, coordinates)
-        Poses as measured, or positions and three numbers.
-    space : str
-        Kind of the poses.
-    triples : bool
-        Whether the orientations were three numbers: a rotation vector, or angles in any order.
-    elsewhere : bool
-        The ways instead whose columns are neither in the order of their turns nor in the reverse.
+    `triples` says that the orientations were three numbers: a rotation vector, or angles in any
+    order; `elsewhere` asks for the ways instead whose columns are neither in the order of their
+    turns nor in the reverse.
     """
     kind = POSE_SPACES[space]
     angles = triples and kind.has_quaternion

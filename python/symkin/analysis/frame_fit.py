@@ -29,28 +29,13 @@ _FEW = 500  # poses that decide which start is the best
 def align(
     poses: Transform, wanted: Transform, length: float, pose_space: str, *, steps: int = _STEPS
 ) -> tuple[Transform, Transform] | None:
-    """Find the constant motions that bring poses nearest to those wanted.
+    """Find the constant motions of base and tool that bring N poses nearest to those wanted.
 
     Least squares of ``base @ poses @ tool`` against the wanted poses, where a rotation counts as
-    the way of a point at `length` from the centre.
-
-    Parameters
-    ----------
-    poses, wanted : Transform
-        One motion from platform to base frame for each of N poses.
-    length : float
-        m.
-    pose_space : {"planar", "point", "spatial", "translating", "spherical", "schoenflies"}
-        A planar pose is moved in its plane. A platform that never turns has no tool frame, since
-        the base frame does the same.
-    steps : int
-        At most, from every start.
-
-    Returns
-    -------
-    tuple of Transform, or None
-        Base and tool; None for so few poses that they would always fit. Where the poses do not tell
-        base and tool apart, either does.
+    the way of a point at `length` from the centre, m; at most so many steps from every start. A
+    planar pose is moved in its plane; a platform that never turns has no tool frame, since the base
+    frame does the same. Where the poses do not tell base and tool apart, either does. None for so
+    few poses that they would always fit.
     """
     space = POSE_SPACES[pose_space]
     base_free, tool_free = space.frame_components, space.frame_components if space.turns else []

@@ -190,16 +190,8 @@ def carried_back(
 
     There it shows of its joints what it shows where it stands (``C_j D = C_i``), in coordinates
     that mean the same for all legs of an orbit: then Eq. 10 holds about any axis. Of any other leg
-    all stays as it is.
-
-    Returns
-    -------
-    mechanism : Mechanism
-        With the leg in the place of
-    leg : int
-        its reference.
-    poses : array_like
-        The poses, carried back.
+    all stays as it is. Returns the mechanism with the leg in the place of its reference, that, and
+    the poses carried back.
     """
     reference, element = leg_carriers(mechanism)[leg]
     if reference == leg or not isinstance(element, SymmetryPair) or not element.tilts:

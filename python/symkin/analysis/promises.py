@@ -153,13 +153,8 @@ def require_determined(mechanism: Mechanism) -> None:
 def parameter_effects(mechanism: Mechanism, poses: Array) -> tuple[Array, NDArray[np.bool_]]:
     """How the platform moves in the robot's own frame with the parameters, at given readings.
 
-    Returns
-    -------
-    ndarray, shape (n, 6, legs, p + 3)
-        Tangents of the poses that are neither out of reach nor singular, by the parameters of each
-        leg and by the terms of curved sensors;
-    ndarray of bool, shape (N,)
-        which poses those are.
+    Tangents of the poses that are neither out of reach nor singular, by the parameters of each leg
+    and by the terms of curved sensors, shape (n, 6, legs, p + 3); and which poses those are, (N,).
     """
     require_determined(mechanism)
     p, k = len(mechanism.parameter_names), mechanism.closures
@@ -195,18 +190,9 @@ def variances_by_readings(
 ) -> Array:
     """Variances of the target's pose that the readings' noise makes, shape (N, dof).
 
-    Parameters
-    ----------
-    model : Mechanism
-        It says how readings move the platform.
-    table : Measurements
-        The N rows.
-    poses : ndarray, shape (N, coordinates)
-        The model's at the readings, in its own frame.
-    deviation : float
-        Of readings for which the table has none of its own, m or rad.
-    places : ndarray, shape (N, 3), optional
-        On the platform, m, in place of the target.
+    At the model's poses in its own frame, (N, coordinates); `deviation`, m or rad, is that of
+    readings for which the table has none of its own. With `places`, (N, 3), of points on the
+    platform, m, instead of the target.
     """
     space, own = model.space, table.reading_deviations
     variances = np.full(table.readings.shape, deviation**2)

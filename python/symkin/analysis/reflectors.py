@@ -85,21 +85,11 @@ def whole(values: Array) -> NDArray[np.bool_]:
 
 
 def motions_of(seen: Array, body: Array, space: PoseSpace) -> Transform:
-    """The motions that bring a body nearest to its points as they were seen (Kabsch 1976).
+    """The N motions that bring a body nearest to its points as they were seen (Kabsch 1976).
 
-    Parameters
-    ----------
-    seen : ndarray, shape (N, n, 3)
-        Points in the device's frame, NaN where they were hidden.
-    body : ndarray, shape (n, 3)
-        The same points in a frame of their own.
-    space : PoseSpace
-        Of the platform. The motions of one that never turns are translations.
-
-    Returns
-    -------
-    Transform
-        N motions, NaN for a row whose points leave one open.
+    Those are of shape (N, n, 3) in the device's frame, NaN where they were hidden; the body has
+    shape (n, 3), in a frame of its own. Motions of a platform that never turns are translations; of
+    a row whose points leave one open they are NaN.
     """
     shown = whole(seen)
     weights = shown / np.maximum(shown.sum(axis=1, keepdims=True), 1)
@@ -125,18 +115,10 @@ def motions_of(seen: Array, body: Array, space: PoseSpace) -> Transform:
 
 
 def body_of(seen: Array, space: PoseSpace) -> Array | None:
-    """Where points are to each other, by the distances among them (Torgerson 1952).
+    """Where points are to each other, by the distances among them (Torgerson 1952), (n, 3).
 
-    Parameters
-    ----------
-    seen, space
-        As `motions_of`.
-
-    Returns
-    -------
-    ndarray, shape (n, 3), or None
-        In a frame of their own, in their middle; None if two of them were never seen together, and
-        for points that do not make a body.
+    In a frame of their own, in their middle; None if two of them were never seen together, and for
+    points that do not make a body.
     """
     count, size = seen.shape[1], 3 if space.in_space else 2
     if count < size:
@@ -210,27 +192,10 @@ def place_points(
 ) -> PlacedPoints | None:
     """Find the device's frame and the places of points, for a robot that is nearly as drawn.
 
-    Parameters
-    ----------
-    robot : Transform
-        N poses of the platform in the base's frame; NaN where nobody knows.
-    seen : ndarray, shape (N, n, 3)
-        Points in the device's frame; NaN where they were hidden.
-    given : ndarray, shape (n, 3)
-        Places of the points in the platform's frame; NaN where nobody knows.
-    space : PoseSpace
-        Of the platform.
-    base : Transform
-        The base in the device's frame, a start unless it is held.
-    base_free : bool
-        Whether it is unknown.
-    turned : ndarray, shape (N, 3, 3), optional
-        Orientations that were measured of something on the platform.
-
-    Returns
-    -------
-    PlacedPoints or None
-        None if no row has both a pose and a point.
+    Of N poses of the platform in the base's frame, of points in the device's frame, (N, n, 3), and
+    of their places in the platform's, (n, 3), those that nobody knows are NaN. `base` is that in
+    the device's frame, a start if it is free; `turned`, (N, 3, 3), are orientations that were
+    measured of something on the platform. None if no row has both a pose and a point.
     """
     rows = whole(robot.translation) & np.asarray(whole(seen).any(axis=1))
     if not rows.any():

@@ -21,22 +21,9 @@ def second_order(mechanism: Mechanism, leg: int, exact: Sequence[str] = ()) -> d
     """Held parameters of a leg that errors within the tolerances make visible, with their effect.
 
     What is null at the drawn geometry, and at draws of all of the leg's numbers within the
-    tolerances too, is redundant by structure, and is not among them.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-        With a workspace; without one nothing is found.
-    leg : int
-        From 0.
-    exact : sequence of str
-        Parameters that have no errors.
-
-    Returns
-    -------
-    dict of str to float
-        What one tolerance of each does to the closures, root mean square, beside all that is
-        estimated: m or rad, the largest of some draws.
+    tolerances too, is redundant by structure, and is not among them. `exact` ones have no errors.
+    The effect is what one tolerance does to the closures, root mean square, beside all that is
+    estimated: m or rad, the largest of some draws. Without a workspace nothing is found.
     """
     settings, names = mechanism.workspace, mechanism.parameter_names
     held = [names.index(name) for name in mechanism.held[leg] if name not in exact]

@@ -128,17 +128,8 @@ def read_measurements(
 def as_measurements(measured: MeasuredSessions, mechanism: Mechanism) -> Measurements:
     """Return measurements of a mechanism from whatever holds them.
 
-    Parameters
-    ----------
-    measured : Measurements, Simulation, or what `read_measurements` reads
-        A path, a stream, a DataFrame or a dict of columns; or a list of them, a session each.
-    mechanism : Mechanism
-        See `read_measurements`.
-
-    Raises
-    ------
-    MeasurementError
-        Where it is none of these, or cannot be read.
+    That is what `read_measurements` reads, or a list of it, a session each. Anything else, and what
+    cannot be read, raises a `MeasurementError`.
     """
     if isinstance(measured, Measurements):
         return measured

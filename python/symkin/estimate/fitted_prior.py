@@ -115,21 +115,10 @@ def fitted_prior(
     priors. Under each scale and each share of lengths, angles and sensors they have an evidence, by
     which the priors are averaged. Shares that are the same for all kinds count for one half.
 
-    Parameters
-    ----------
-    mechanism : Mechanism
-        The drawing, whose symmetry says what legs may have in common, with the signs of `shared`.
-    layout : Layout
-        With the tolerances as priors, or a prior that was fitted before.
-    change : ndarray, shape (columns,)
-        Of the unknowns since the drawing, and its
-    covariance : ndarray, shape (columns, columns)
-        by noise and priors.
-
-    Returns
-    -------
-    FittedPrior or None
-        Nothing where no parameter of a leg has a tolerance as its prior.
+    The drawing's symmetry says what legs may have in common, with the signs of `shared`. The layout
+    has the tolerances as priors, or a prior that was fitted before; None where no parameter of a
+    leg has one. `change` is that of the unknowns since the drawing, `covariance` by noise and
+    priors.
     """
     scalars = _own_scalars(mechanism, layout)
     if not scalars:

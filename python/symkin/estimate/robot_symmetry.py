@@ -114,16 +114,8 @@ def _contrast_test(
 ) -> tuple[float, int]:
     """Chi-square of contrasts of an estimate, and its degrees of freedom.
 
-    Parameters
-    ----------
-    estimate : ndarray, shape (n,)
-        And its
-    covariance : ndarray, shape (n, n)
-        both in comparable units.
-    contrasts : ndarray, shape (k, n)
-        K: zero of K x is tested.
-    free : ndarray, shape (n, m)
-        Directions that are no matter: what they do to the contrasts is projected out.
+    It is zero of K x that is tested, K of shape (k, n), x and its covariance in comparable units;
+    directions that are no matter, `free`, (n, m), are projected out of the contrasts.
     """
     moved = contrasts @ free
     u, values, _ = np.linalg.svd(moved, full_matrices=True)

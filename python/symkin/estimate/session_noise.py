@@ -28,19 +28,10 @@ def noise_of_sessions(
 
     At its maximum the squared residuals of each session, in standard deviations, add up to the
     redundancies of its rows: a fixed point that is iterated. All deviations of a session change
-    alike, those that rows have of their own too; what is exact stays exact.
-
-    Returns
-    -------
-    problem, fit
-        With the deviations that were found in the measurements.
-    factors : tuple of float
-        Of each session in the order of their numbers: times the declared noise.
-
-    Raises
-    ------
-    SymkinError
-        If nothing in a session is redundant.
+    alike, those that rows have of their own too; what is exact stays exact. Returns the problem and
+    its fit with the deviations that were found in the measurements, and of each session in the
+    order of their numbers how many times the declared noise that is. Raises `SymkinError` if
+    nothing in a session is redundant.
     """
     declared = problem.measurements
     sessions = sessions_of(declared)

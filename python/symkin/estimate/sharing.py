@@ -26,24 +26,9 @@ def followers_by_role(
 ) -> dict[int, dict[int, float]]:
     """Of shared scalars that do not move by the amount of the first of their group: what they do.
 
-    Parameters
-    ----------
-    mechanism : Mechanism
-        The drawing, whose symmetry says what is carried onto what.
-    scalars : sequence of str
-        Names of all scalars.
-    groups : sequence of sequences of int
-        Scalars that are shared, or alone.
-
-    Returns
-    -------
-    dict of int to dict of int to float
-        By scalar: firsts of groups, and by which factors it moves with them.
-
-    Raises
-    ------
-    SymkinError
-        For a parameter whose change is, in another leg, also one of a parameter that is not shared.
+    By the symmetry of the drawing, of scalars by their places: firsts of groups, and by which
+    factors it moves with them. Raises `SymkinError` for a parameter whose change is, in another
+    leg, also one of a parameter that is not shared.
     """
     shared = [group for group in groups if len(group) > 1]
     if not any(_own(mechanism, scalars[each]) for group in shared for each in group):
@@ -71,21 +56,10 @@ def written_tie(mechanism: Mechanism, text: str) -> tuple[str, ...]:
 
 
 def ties_by_role(mechanism: Mechanism, name: str) -> tuple[str, ...]:
-    """Write the ties by which a parameter keeps the drawing's symmetry.
+    """Write the ties by which a parameter, of any leg, keeps the drawing's symmetry.
 
-    Such as ``-leg1.base_angle + 3.14159 rad = leg2.base_angle``.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-        Its symmetry says which leg is carried onto which, and what that makes of the parameter.
-    name : str
-        Of the parameter, as in every leg.
-
-    Raises
-    ------
-    SymkinError
-        If no leg is carried onto another, or the parameter means nothing in one of them.
+    Such as ``-leg1.base_angle + 3.14159 rad = leg2.base_angle``. Raises `SymkinError` if no leg is
+    carried onto another, or the parameter means nothing in one of them.
     """
     if name not in mechanism.parameter_names:
         raise SymkinError(

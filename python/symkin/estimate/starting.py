@@ -179,23 +179,10 @@ def setup_by_points(
 ) -> _core.Setup:
     """The setup with the device's frame and the places of points where the nominal robot has them.
 
-    Parameters
-    ----------
-    mechanism : Mechanism
-        With straight sensors.
-    setup : Setup
-        Where it starts without points.
-    measurements, noise
-        With points in some rows.
-    base, target : bool
-        Whether these frames are unknown. The target's place is not looked for.
-    free : ndarray of bool, shape (n,)
-        Whose places are unknown; those that are given somewhere count as known to begin with.
-
-    Raises
-    ------
-    NotIdentifiableError
-        If no row with a point has a pose that the readings or the controller tell.
+    `base` and `target` say which frames are unknown, of which the target's place is not looked for,
+    `free`, shape (n,), whose places; those that are given somewhere count as known to begin with.
+    Raises `NotIdentifiableError` if no row with a point has a pose that the readings or the
+    controller tell.
     """
     assert measurements.points is not None
     frames = mechanism.frames or Frames()

@@ -38,18 +38,9 @@ def meaning_of(text: str) -> tuple[str, str]:
 def equation_of(text: str, units: Mapping[str, str]) -> Equation:
     """Read a tie, such as ``leg1.distal_length = 2 * leg2.distal_length``.
 
-    Parameters
-    ----------
-    text : str
-        Two sides, each a sum of unknowns with factors and of quantities; behind them nothing,
-        ``, measured``, ``, one draw`` or ``within 10 um``.
-    units : mapping of str to str
-        Of every unknown that there is.
-
-    Raises
-    ------
-    SymkinError
-        Quoting the tie, and what is wrong with it.
+    Its two sides are sums of unknowns with factors and of quantities; behind them stands nothing,
+    ``, measured``, ``, one draw`` or ``within 10 um``. `units` are those of all unknowns. Raises
+    `SymkinError` quoting the tie, and what is wrong with it.
     """
     return equations_of([text], units)[0]
 
@@ -147,19 +138,8 @@ def solved(
 ) -> Solved:
     """Solve ties one by one for the unknown that each names last (Gauss-Jordan).
 
-    Parameters
-    ----------
-    equations : sequence of Equation
-        The ties.
-    free : collection of str
-        The unknowns; all others have their `values`.
-    values : mapping of str to float
-        Of the drawing.
-
-    Raises
-    ------
-    SymkinError
-        Naming the ties that contradict each other.
+    What is not free has its value of the drawing. Raises `SymkinError` naming the ties that
+    contradict each other.
     """
     found = Solved({}, {}, frozenset(), ())
     made_of: dict[str, set[int]] = {}  # of a bound unknown, the ties that it follows from

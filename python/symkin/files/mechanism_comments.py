@@ -40,20 +40,10 @@ def with_comments(
 ) -> str:
     """Return a mechanism file's text with the comments of the file that it was made of.
 
-    What is said beside a value that has changed is said of the former value.
-
-    Parameters
-    ----------
-    text : str
-        To which comments are added.
-    source : TomlSource
-        The file with the comments.
-    plain : str
-        The source's mechanism as symkin itself writes it: what that says is not the user's.
-    leg_of_reference : sequence of int
-        The number, from 0, of each reference leg of the source among its legs.
-    top : sequence of str
-        Lines between which symkin's own heading of a file stands.
+    What is said beside a value that has changed is said of the former value. What stands in
+    `plain`, the source's mechanism as symkin itself writes it, is not the user's. The number, from
+    0, of each reference leg of the source among its legs is in `leg_of_reference`; between the
+    lines `top` symkin's own heading of a file stands.
     """
     theirs, end = _comments(source.text)
     homeless: list[str] = []

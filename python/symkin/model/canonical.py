@@ -16,21 +16,10 @@ def canonical(mechanism: Mechanism, parameters: Array) -> tuple[Array, Array]:
     """Write points with radii that are not negative, and angles within half a turn of another's.
 
     The closures stay the same. A guide's distance from the centre keeps its sign, on which the
-    direction of travel depends, and so does a base's radius less a platform's.
-
-    Parameters
-    ----------
-    mechanism : Mechanism
-        Whose chains they are, and whose angles are stayed near.
-    parameters : ndarray, shape (legs, p)
-        Of the same chains; or of many robots, leg by leg, robot by robot.
-
-    Returns
-    -------
-    values : ndarray, shape (legs, p)
-        Equivalent parameters.
-    signs : ndarray, shape (legs p,)
-        Derivative of each value by its parameter: -1 where a sign changed.
+    direction of travel depends, and so does a base's radius less a platform's. The parameters are
+    of legs of the mechanism's chains, whose angles are stayed near, shape (legs, p); or of many
+    robots, leg by leg, robot by robot. Returns equivalent ones, and the derivative of each by its
+    parameter, shape (legs p,): -1 where a sign changed.
     """
     values = np.array(parameters, dtype=float)
     signs = np.ones_like(values)

@@ -169,30 +169,14 @@ def mode_slices(
 def constant_orientations(
     mechanism: Mechanism, orientations: Sequence[float] | None = None, resolution: int = 201
 ) -> tuple[ConstantOrientation, ...]:
-    """Evaluate constant-orientation workspaces.
+    """Evaluate constant-orientation workspaces, one for each orientation.
 
-    Parameters
-    ----------
-    mechanism : Mechanism
-        With its workspace settings; the grids cover the x and y of its box, and a tenth more on
-        each side to show where the legs' reach ends.
-    orientations : sequence of float, optional
-        rad; by default home's, and 0.4 and 0.6 rad on from it, as in the paper. A point platform
-        has one workspace, whatever is given. A platform that the legs bind is shown over two
-        coordinates that they leave it, see `slice_coordinates`, at home's value of a third and
-        those where the box ends, and nothing can be given.
-    resolution : int
-        Cells along each side.
-
-    Returns
-    -------
-    tuple of ConstantOrientation
-        One for each orientation.
-
-    Raises
-    ------
-    SymkinError
-        If the mechanism has no workspace, or home is singular.
+    The grids, of so many cells along each side, cover the x and y of the workspace's box, and a
+    tenth more on each side to show where the legs' reach ends. Orientations are rad, by default
+    home's, and 0.4 and 0.6 rad on from it, as in the paper. A point platform has one workspace,
+    whatever is given. A platform that the legs bind is shown over two coordinates that they leave
+    it, see `slice_coordinates`, at home's value of a third and those where the box ends, and
+    nothing can be given. Raises `SymkinError` without a workspace, and where home is singular.
     """
     if resolution < 2:
         raise SymkinError(f"the resolution is {resolution}; expected at least 2 cells a side")
