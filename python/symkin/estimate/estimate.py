@@ -6,6 +6,7 @@ from __future__ import annotations
 import dataclasses
 import os
 from collections.abc import Mapping
+from contextlib import nullcontext
 from pathlib import Path
 from typing import Any, ClassVar, Self, get_args
 
@@ -143,11 +144,18 @@ class Estimate(Examined[M], FolderResult):
         options: EstimateOptions,
         *,
         legs: bool,
+        explain: bool = True,
     ) -> Self:
-        """Estimate, leg by leg from full poses or whatever there is; errors are `identify`'s."""
-        with explained(mechanism, measurements, options, by_leg=legs):
+        """Estimate, leg by leg from full poses or whatever there is; errors are `identify`'s.
+
+        Where there is none, `explain` looks for why.
+        """
+        why_not = (
+            explained(mechanism, measurements, options, by_leg=legs) if explain else nullcontext()
+        )
+        with why_not:
             found = (by_leg if legs else together)(mechanism, measurements, options)
-            why = "" if legs or found.converged else contradiction_of(found)
+            why = contradiction_of(found) if explain and not legs and not found.converged else ""
         return cls(**vars(found) | ({"failure": f"{found.failure}; {why}"} if why else {}))
 
     def cross_validated(

@@ -214,10 +214,6 @@ def identify(
         "clock_offset": clock_offset,
         "bow": bow,
     }
-    wanted = _wanted(mechanism, measurements, given)
-    if noise is None:
-        noise = noise_of_file(mechanism.identification)
-    reason = _needs_joint(mechanism, measurements, wanted, noise)
     how = {
         "poses": poses,
         "loss": loss,
@@ -226,11 +222,36 @@ def identify(
         "max_iterations": max_iterations,
         "confidence": confidence,
     }
-    if not reason:
-        return identify_legs(mechanism, measurements, estimator or "implicit", **how)
-    options = _together(estimator, reason, {**how, **wanted})
-    found = Estimate.of(mechanism, measurements, options, legs=False)
+    options, legs = _asked(mechanism, measurements, estimator, given, how)
+    found = Estimate.of(mechanism, measurements, options, legs=legs)
     return cast("Estimate[Nominal]", found)  # what is made of a mechanism is of its class
+
+
+def tried(mechanism: Mechanism, measurements: Measurements, **how: Any) -> Estimate[Mechanism]:
+    """Identify as the mechanism's file says; where that fails, it is not looked for why.
+
+    For one of many trials, of which that would take most of the time.
+    """
+    given = {name: None for name in vars(IdentificationSettings()) if name != "noise"}
+    options, legs = _asked(mechanism, measurements, None, given, {"noise": None} | how)
+    return Estimate.of(mechanism, measurements, options, legs=legs, explain=False)
+
+
+def _asked(
+    mechanism: Mechanism,
+    measurements: Measurements,
+    estimator: Estimator | None,
+    given: Mapping[str, Any],
+    how: Mapping[str, Any],
+) -> tuple[EstimateOptions, bool]:
+    """What is asked for by the arguments, the file and what was measured; whether leg by leg."""
+    wanted = _wanted(mechanism, measurements, given)
+    noise = noise_of_file(mechanism.identification) if how["noise"] is None else how["noise"]
+    how = {**how, "noise": noise}
+    reason = _needs_joint(mechanism, measurements, wanted, noise)
+    if not reason:
+        return EstimateOptions(estimator or "implicit", **how), True
+    return _together(estimator, reason, {**how, **wanted}), False
 
 
 def _together(

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -285,6 +286,9 @@ class Chooser:
         if estimate is None or estimate.widened > _SPOILT:
             return self.robot
         known = self.robot.with_parameters(estimate.mechanism.parameters, symmetry=None)
+        settings, frames = known.identification, estimate.options.frames or ()
+        if settings is not None and {*frames} > {*(settings.frames or ())}:  # its device was moved
+            known = known.replace(identification=dataclasses.replace(settings, frames=frames))
         return known.replace(frames=estimate.mechanism.frames)
 
     def _taken_at(self, estimate: Estimate[Any] | None, poses: Array) -> Array:

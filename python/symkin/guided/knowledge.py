@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import bisect
 import dataclasses
 import math
 from collections.abc import Iterator
@@ -13,7 +14,7 @@ from symkin.data.measurements import Measurements
 from symkin.data.tries import DROPPED, LINK, STATUS
 from symkin.errors import NotIdentifiableError, SymkinError
 from symkin.estimate.estimate import Estimate
-from symkin.estimate.identification import identify
+from symkin.estimate.identification import tried
 from symkin.estimate.precision import expected_over
 from symkin.guided.checks import (
     Verdict,
@@ -36,6 +37,8 @@ from symkin.values import record
 TAKEN_AS = "taken as "  # begins the remark of a row that was put right
 _LOOKED_AT = 6  # rows, from the last, of which one may keep all others from being fitted
 _TRIED = 3  # edits, the most likely ones, that are fitted
+_SAME_SLIP = 2  # rows that two slips are apart, at most, to be one
+_KEPT = 2  # rows, the last that nobody doubts any more, at which something may have slipped
 _FITS = 0.01  # probability of a repeat that the other rows explain
 
 
@@ -129,8 +132,7 @@ class Knowledge:
 
         As if a line had said that something has `slipped` at the row of that number.
         """
-        said = [*self._table.said(SLIPPED, upto=count), *([] if slipped is None else [slipped])]
-        lines = tuple(str(self._table.place(number) + 2) for number in said)
+        lines = tuple(str(place + 2) for place in self._slips(count, slipped))
         robot = self._with(step=lines) if lines else self._robot
         try:
             measured = self._table.measurements(robot, count, without)
@@ -146,7 +148,7 @@ class Knowledge:
                     name: factor * value for name, value in vars(robot.tolerances).items()
                 }
                 robot = robot.replace(tolerances=Tolerances(**tolerances))
-                found = identify(robot, measured, **self._how)
+                found = tried(robot, measured, **self._how)
         except SymkinError as error:
             few = isinstance(error, NotIdentifiableError)
             return Known(robot, failure=str(error), unlike=not few)
@@ -154,16 +156,32 @@ class Knowledge:
             return Known(robot, failure=found.failure, unlike=True)
         return Known(robot, found, tolerances=factor)
 
+    def _slips(self, count: int, slipped: int | None = None) -> list[int]:
+        """Places of the rows from which on something has slipped, as the first lines say.
+
+        Of slips too close to be told apart the one that was said last holds.
+        """
+        said = [*self._table.said(SLIPPED, upto=count), *([] if slipped is None else [slipped])]
+        rows, found = self._table.counting, list[int]()
+        for place in map(self._table.place, said):
+            rank = bisect.bisect_left(rows, place)
+            found = [
+                each for each in found if abs(bisect.bisect_left(rows, each) - rank) > _SAME_SLIP
+            ]
+            found.append(place)
+        return found
+
     def _stepped(
         self, measured: Measurements, lines: tuple[str, ...]
     ) -> tuple[Mechanism, Estimate[Any]]:
         """The robot and its estimate with steps from these lines on, of what has slipped there.
 
-        Of one leg where that is plain; of the device, where the place of its frame is unknown, if
-        that explains more than steps of all legs; else of every leg.
+        Of one leg where that is plain; of the device if that explains more than steps of all legs;
+        else of every leg. Where a device is that was moved is unknown from then on: the robot is as
+        it sees it now.
         """
         robot = self._with(step=lines) if lines else self._robot
-        found = identify(robot, measured, **self._how)
+        found = tried(robot, measured, **self._how)
         steady = tuple(
             name
             for line in lines
@@ -171,16 +189,15 @@ class Knowledge:
         )
         if steady:
             robot = self._with(step=lines, fixed=(*self._fixed, *steady))
-            found = identify(robot, measured, **self._how)
-        if not lines or "base" not in self._frames:
-            return robot, found
+            found = tried(robot, measured, **self._how)
         steps = lines
         for place, line in enumerate(lines):
             moved = (*steps[:place], f"frame:{line}", *steps[place + 1 :])
             own = tuple(name for name in steady if f"step{line}" not in name.split("."))
-            other = self._with(step=moved, fixed=(*self._fixed, *own))
+            frames = tuple(dict.fromkeys(("base", *self._frames)))
+            other = self._with(step=moved, fixed=(*self._fixed, *own), frames=frames)
             try:
-                shown = identify(other, measured, **self._how)
+                shown = tried(other, measured, **self._how)
             except SymkinError:  # as where not all of a frame is shown
                 continue
             if explains_more(shown, found):
@@ -227,6 +244,10 @@ class Knowledge:
                 numbers[-1], math.nan, int(again), tolerances=known.tolerances, decided=decided
             )
         if known.estimate is None:
+            if kept and self._table.said(KEPT, upto=count):
+                slipped = self._begun_at(None, count)
+                if slipped is not None:
+                    return Verdict(numbers[-1], math.nan, slipped=slipped)
             for place in rows[: -_LOOKED_AT - 1 : -1]:
                 before = self._by(count, together(place))
                 if before.estimate is not None:
@@ -266,6 +287,8 @@ class Knowledge:
 
         wider = known.tolerances > 1
         found = number_of(known.estimate, shaken=repeated or (kept_one and not wider))
+        if found is not None:
+            found = self._begun_at(found, count)
         if found is None and wider and not self._table.said(SLIPPED):
             drawn = self._by(count, factor=1.0).estimate
             found = number_of(drawn, shaken=repeated or kept_one)
@@ -273,6 +296,37 @@ class Knowledge:
                 stepped = self._by(count, factor=1.0, slipped=found).estimate
                 return found if explains(stepped) else None
         return found
+
+    def _begun_at(self, number: int | None, count: int) -> int | None:
+        """Where a step explains most; None where one is already, or none explains anything.
+
+        It is looked for about the row that the tests name, and about those that a repeat has shown
+        to be no blunders. The tests are of steps of single legs and to first order: those of a
+        device that was moved, or large ones, may be far off.
+        """
+        rows, misfits = [each for each in self._table.counting if each < count], dict[int, float]()
+
+        def misfit(at: int) -> float:
+            if not 0 < at < len(rows):
+                return math.inf
+            if at not in misfits:
+                own = self._table.number(rows[at])
+                found = self._by(count, factor=1.0, slipped=own).estimate
+                misfits[at] = math.inf if found is None else found.chi_square
+            return misfits[at]
+
+        kept = self._table.said(KEPT, upto=count)[-_KEPT:]
+        named = [*kept, *([] if number is None else [number])]
+        starts = {bisect.bisect_left(rows, self._table.place(each)) for each in named}
+        at = min(starts, key=misfit)
+        for _ in range(_SAME_SLIP):
+            best = min((at, at - 1, at + 1), key=misfit)
+            if best == at:
+                break
+            at = best
+        if math.isinf(misfit(at)) or rows[at] in self._slips(count):
+            return None
+        return self._table.number(rows[at])
 
     def _decided(self, known: Known, count: int, place: int, again: int, planned: int) -> str:
         """Whether a row that was doubted is wrong, now that its pose was measured again."""
@@ -320,7 +374,7 @@ class Knowledge:
         try:
             measured = self._table.measurements(robot, count, edited={place: edited})
             assert measured is not None
-            return identify(robot, measured, **self._how)
+            return tried(robot, measured, **self._how)
         except SymkinError:
             return None
 

@@ -97,7 +97,8 @@ def _slips(session: Session) -> list[str]:
         else:
             lines += _filled(
                 f"The measuring device was moved at row {row}: since then it sees the robot by "
-                f"{', '.join(told)} from where it was."
+                f"{', '.join(told)} from where it was. The accuracy is that of the robot as the "
+                "device sees it now."
             )
     return lines
 

@@ -225,3 +225,60 @@ def test_a_device_that_was_moved_is_named_with_the_shift_and_the_turn():
         assert found[name].value == pytest.approx(value, abs=4 * found[name].deviation)
     assert found["z"].deviation < shift[2] / 5
     assert "measuring device was moved at row 14" in progress_text(session, session.progress)
+
+
+def test_a_device_whose_place_is_declared_and_that_was_moved_is_named_and_found_again(robot):
+    shift, turn = np.array([1e-3, -2e-3]), 4e-3
+    rotation = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
+
+    def moved(n, row):
+        if n < 14:
+            return row
+        x, y = rotation @ (row["x_m"], row["y_m"]) + shift
+        return row | {"x_m": x, "y_m": y, "phi_rad": row["phi_rad"] + turn}
+
+    session, _ = run(robot, moved)
+    assert session.progress.reached
+    assert session.progress.rows <= 30
+    ((row, steps),) = session.slips.items()
+    assert row == 14
+    found = {each.name.partition(".")[2]: each for each in steps}
+    for name, value in zip(("x", "y", "phi"), (*shift, turn), strict=True):
+        assert found[name].value == pytest.approx(value, abs=4 * found[name].deviation)
+    assert session.robot.identification.frames == ("base",)
+    text = " ".join(progress_text(session, session.progress).split())
+    assert "measuring device was moved at row 14" in text
+    assert "as the device sees it now" in text
+
+
+def test_of_slips_that_are_too_close_to_be_told_apart_the_last_one_holds(robot):
+    session, device = robot.measure(ACCURACY, **FEW), SimulatedDevice(robot, seed=3)
+    for _, ask in zip(range(18), session, strict=False):
+        session.add(device(ask))
+    for row in (13, 14, 13, 14):
+        session.slip(row)
+    assert list(session.slips) == [14]
+    assert session.estimate is not None
+    assert session.verdict.slipped is None
+
+
+def test_a_step_is_placed_where_it_explains_most(robot):
+    def spoil(n, row):
+        return row | {"psi_2_rad": row["psi_2_rad"] + 0.02} if n >= 15 else row
+
+    session, verdicts = run(robot, spoil)
+    assert [each.slipped for each in verdicts if each.slipped is not None] == [15]
+    assert list(session.slips) == [15]
+    assert session.progress.reached
+
+
+def test_where_there_is_no_estimate_of_a_trial_nobody_looks_for_why(robot, monkeypatch):
+    from symkin.estimate.evidence import corrections
+
+    monkeypatch.setattr(corrections, "hypotheses_of", lambda *_, **__: pytest.fail("looked for"))
+    device = SimulatedDevice(robot, seed=3)
+    session = robot.measure(ACCURACY, **FEW)
+    for n, ask in zip(range(1, 4), session, strict=False):
+        row = device(ask)
+        session.add(row | {"x_m": 1e3 * row["x_m"]} if n == 1 else row)
+    assert session.verdict is not None
