@@ -30,7 +30,7 @@ _RATHER = (
 )
 _NO_STEP = 0.01  # probability of what legs that have not slipped seem to, or more
 _STEP = 1e-4  # and of those that have
-_PRICE, _PLAINLY = 2.0, 10.0  # of an unknown more, and by how much chi-square is to fall besides
+_PRICE, PLAINLY = 2.0, 10.0  # of an unknown more, and by how much chi-square is to fall besides
 _DEGREES = math.pi / 180
 
 
@@ -108,7 +108,7 @@ def explains(estimate: Estimate[Any] | None) -> bool:
 def explains_more(other: Estimate[Any], estimate: Estimate[Any]) -> bool:
     """Whether one of the same rows explains more, as many more unknowns as it has counted."""
     more = len(other.names) - len(estimate.names)
-    fits = other.chi_square + _PRICE * more < estimate.chi_square - _PLAINLY
+    fits = other.chi_square + _PRICE * more < estimate.chi_square - PLAINLY
     return bool(other.converged and fits)
 
 

@@ -17,6 +17,7 @@ from symkin.estimate.estimate import Estimate
 from symkin.estimate.identification import tried
 from symkin.estimate.precision import expected_over
 from symkin.guided.checks import (
+    PLAINLY,
     Verdict,
     edits_of,
     explains,
@@ -238,7 +239,9 @@ class Knowledge:
         again, kept = self._table.lines[last]["repeat_of"], set(self._table.said(KEPT, SLIPPED))
         decided = ""
         if again.isdigit() and int(again) in numbers and not {int(again), numbers[-1]} & kept:
-            decided = self._decided(known, count, self._table.place(int(again)), last, planned)
+            decided = self._decided(
+                known, count, self._table.place(int(again)), last, planned, kept
+            )
         if decided:
             return Verdict(
                 numbers[-1], math.nan, int(again), tolerances=known.tolerances, decided=decided
@@ -293,6 +296,8 @@ class Knowledge:
             drawn = self._by(count, factor=1.0).estimate
             found = number_of(drawn, shaken=repeated or kept_one)
             if found is not None:
+                found = self._begun_at(found, count)
+            if found is not None:
                 stepped = self._by(count, factor=1.0, slipped=found).estimate
                 return found if explains(stepped) else None
         return found
@@ -313,11 +318,14 @@ class Knowledge:
                 own = self._table.number(rows[at])
                 found = self._by(count, factor=1.0, slipped=own).estimate
                 misfits[at] = math.inf if found is None else found.chi_square
-            return misfits[at]
+            return misfits[at] - (PLAINLY if at in doubted else 0.0)
 
         kept = self._table.said(KEPT, upto=count)[-_KEPT:]
-        named = [*kept, *([] if number is None else [number])]
-        starts = {bisect.bisect_left(rows, self._table.place(each)) for each in named}
+        # Of the rows that were kept the first was doubted, when it was the last one.
+        doubted = [bisect.bisect_left(rows, self._table.place(each)) for each in kept[:1]]
+        starts = [bisect.bisect_left(rows, self._table.place(each)) for each in kept]
+        if number is not None:
+            starts.append(bisect.bisect_left(rows, self._table.place(number)))
         at = min(starts, key=misfit)
         for _ in range(_SAME_SLIP):
             best = min((at, at - 1, at + 1), key=misfit)
@@ -328,14 +336,19 @@ class Knowledge:
             return None
         return self._table.number(rows[at])
 
-    def _decided(self, known: Known, count: int, place: int, again: int, planned: int) -> str:
-        """Whether a row that was doubted is wrong, now that its pose was measured again."""
+    def _decided(
+        self, known: Known, count: int, place: int, again: int, planned: int, kept: set[int]
+    ) -> str:
+        """Whether a row that was doubted is wrong, now that its pose was measured again.
+
+        One that is still doubted is decided by its second repeat at the latest.
+        """
         alone, repeated = self._table.together(place), self._table.together(again)
         first = self._by(count, repeated, factor=known.tolerances)
         rows = [each for each in self._table.counting if each not in repeated]
         if first.estimate is not None and known.estimate is not None:
             doubted = {
-                judged(found, [self._table.number(each) for each in of], planned, set())[1]
+                judged(found, [self._table.number(each) for each in of], planned, kept)[1]
                 for found, of in (
                     (first.estimate, rows),
                     (known.estimate, self._table.counting),
