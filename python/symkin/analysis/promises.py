@@ -20,6 +20,7 @@ from symkin.values import Array, Value, field, record
 _Scalar = TypeVar("_Scalar", bound=np.generic)
 
 CONFIDENCE = 0.95
+NORMAL_95 = 1.959963984540054  # standard deviations that hold as many normal errors
 _RANK = 1e-9  # of the largest singular value
 _AVERAGED = 2000  # poses over which an expected error is averaged,
 _EXAMINED = 4000  # and among which its largest is looked for

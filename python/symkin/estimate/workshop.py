@@ -10,13 +10,13 @@ from typing import NamedTuple
 import numpy as np
 
 from symkin import _core
+from symkin.analysis.promises import NORMAL_95
 from symkin.errors import SymkinError
 from symkin.estimate.found import Found
 from symkin.values import Array, Value, record
 
 _SEEN = 0.7  # standard deviation of a factor's logarithm, beyond which the fleet does not show it
 _LEAST = 1e-9  # eigenvalue of a covariance in tolerances that is inverted
-_NORMAL_95 = 1.959964
 _KINDS = {"m": "lengths", "rad": "angles"}
 
 
@@ -93,7 +93,7 @@ def tolerances_of(told: Sequence[Share]) -> tuple[MadeWithin, ...]:
 def _made_within(what: str, factor: float, deviation: float) -> MadeWithin:
     if not deviation <= _SEEN:
         return MadeWithin(what, factor, 0.0, math.inf)
-    reach = math.exp(_NORMAL_95 * deviation)
+    reach = math.exp(NORMAL_95 * deviation)
     return MadeWithin(what, factor, factor / reach, factor * reach)
 
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from symkin.analysis.evaluation import AlignedErrors, Evaluation
+from symkin.analysis.promises import NORMAL_95
 from symkin.analysis.workspace import workspace_coordinates
 from symkin.errors import few
 from symkin.estimate.covariates import sessions_of
@@ -50,7 +51,7 @@ from symkin.show.evaluation import (
 from symkin.show.images import plotted
 from symkin.show.mechanism import mechanism_section
 from symkin.show.observability import observability_section
-from symkin.show.observations import observation_section, rms
+from symkin.show.observations import in_deviations, observation_section, rms
 from symkin.show.symmetry import robot_symmetry_section
 from symkin.show.units import on_paper
 from symkin.show.wording import (
@@ -73,7 +74,6 @@ from symkin.show.wording import (
 )
 from symkin.values import Array
 
-_INTERVAL = 1.96  # standard deviations: holds 95% of normal errors
 _INFLUENTIAL = 8
 _WEAKEST = 3  # unknowns in one line
 _NAMED_SHARE = 1e-3  # of a direction's square
@@ -392,7 +392,7 @@ def parameter_section(found: Estimate, actual: Mechanism | None = None) -> Secti
     parts: list[Table | Image] = [_parameter_table(found, actual), *_noise_table(found)]
     parts += _prior_table(found)
     if actual is not None:
-        paragraphs.append(_coverage(_in_deviations(found, actual)))
+        paragraphs.append(_coverage(in_deviations(found, actual)))
         parts.append(
             Image(
                 "parameter_errors",
@@ -448,19 +448,9 @@ def _origin_of_deviations(found: Estimate) -> str:
     return "from the residuals, since these are larger than the declared noise explains"
 
 
-def _in_deviations(found: Estimate, actual: Mechanism) -> Array:
-    """Error of each parameter over its standard deviation, shape (legs, p); NaN without one."""
-    errors, deviations = found.mechanism.parameters - actual.parameters, found.deviations
-    scaled: Array = np.full_like(errors, np.nan)
-    np.divide(errors, deviations, out=scaled, where=deviations > 0)
-    # Of normal errors, so that the same interval holds 95% of all.
-    intervals = [leg.interval for leg in found.legs] or [found.interval] * len(scaled)
-    return scaled * (_INTERVAL / np.array(intervals))[:, None]
-
-
 def _coverage(errors: Array) -> str:
     known = errors[np.isfinite(errors)]
-    inside = np.sum(np.abs(known) <= _INTERVAL)
+    inside = np.sum(np.abs(known) <= NORMAL_95)
     return (
         f"The 95% interval of {inside} of {known.size} parameters holds the true value; "
         f"{significant(0.95 * known.size)} can be expected."
@@ -480,7 +470,7 @@ def _parameter_table(found: Estimate, actual: Mechanism | None) -> Table:
         if actual is not None and block.startswith("leg"):
             leg = int(block[3:]) - 1
             errors = dict(
-                zip(actual.parameter_names, _in_deviations(found, actual)[leg], strict=True)
+                zip(actual.parameter_names, in_deviations(found, actual)[leg], strict=True)
             )
             for each, row in zip(own, rows, strict=True):
                 name = each.name.partition(".")[2]

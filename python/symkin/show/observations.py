@@ -8,10 +8,12 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from symkin.analysis.promises import NORMAL_95
 from symkin.errors import few, named_legs
 from symkin.estimate.estimate import Estimate
 from symkin.estimate.found import LegFit
 from symkin.estimate.problem import KINDS
+from symkin.model.mechanism import Mechanism
 from symkin.present import Group, Image, Section, Table
 from symkin.show.images import plotted
 from symkin.show.theme import MANY
@@ -260,3 +262,13 @@ def _corrections(found: Estimate) -> list[Table]:
 def rms(values: Array) -> float:
     """Root mean square; NaN of none."""
     return float(np.sqrt(np.mean(values**2))) if len(values) else math.nan
+
+
+def in_deviations(found: Estimate, actual: Mechanism) -> Array:
+    """Error of each parameter over its standard deviation, shape (legs, p); NaN without one."""
+    errors, deviations = found.mechanism.parameters - actual.parameters, found.deviations
+    scaled: Array = np.full_like(errors, np.nan)
+    np.divide(errors, deviations, out=scaled, where=deviations > 0)
+    # Of normal errors, so that the same interval holds 95% of all.
+    intervals = [leg.interval for leg in found.legs] or [found.interval] * len(scaled)
+    return scaled * (NORMAL_95 / np.array(intervals))[:, None]

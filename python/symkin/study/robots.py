@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin.analysis.evaluation import evaluate
+from symkin.analysis.promises import NORMAL_95
 from symkin.analysis.workspace import sample_workspace
 from symkin.errors import SymkinError
 from symkin.estimate.fit import by_leg
@@ -47,7 +48,6 @@ COLUMNS: dict[str, type] = {
     "chi_square_ratio": float,
     "mapped_efficiency": float,
 }
-NORMAL_95 = 1.959963984540054
 _SEED_BITS = 53  # so that a program that reads numbers as floats gets them whole
 
 

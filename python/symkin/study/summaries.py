@@ -8,8 +8,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from symkin.analysis.promises import NORMAL_95
 from symkin.study.definition import Cell
-from symkin.study.robots import NORMAL_95
 from symkin.values import Array, Value, field, record
 
 

@@ -157,6 +157,21 @@ def test_errors_beyond_the_interval_stand_out(planar_result):
     assert len(inside) == deviations.shape[1] - 1
 
 
+def test_the_interval_of_a_robust_fit_is_drawn_as_wide_as_the_page_says(planar_result):
+    taken = planar_result.simulation.measurements
+    found = symkin.identify(planar_result.nominal, taken, loss="robust")
+    interval = found.legs[0].interval
+    assert interval > 1.97  # Student's
+    wrong = np.zeros_like(found.deviations)
+    wrong[0, :2] = 0.99 * interval, 1.01 * interval
+    actual = found.mechanism.with_parameters(
+        found.mechanism.parameters - wrong * found.deviations, symmetry=None
+    )
+    figure = plot.parameter_errors(found, actual)
+    (outside,) = (line.get_xdata() for line in figure.axes[0].lines[-1:])
+    np.testing.assert_allclose(outside, [1.01 * plot.INTERVAL])
+
+
 def test_residuals_are_drawn_against_what_they_depend_on_most(planar_result):
     identification = planar_result.identification
     measurements = planar_result.simulation.measurements

@@ -17,7 +17,7 @@ from matplotlib.ticker import MaxNLocator, NullLocator, ScalarFormatter
 from numpy.typing import ArrayLike, NDArray
 
 from symkin.analysis.evaluation import Evaluation
-from symkin.analysis.promises import ExpectedAccuracy
+from symkin.analysis.promises import NORMAL_95, ExpectedAccuracy
 from symkin.analysis.workspace import WorkspaceSample, coordinate_names, workspace_coordinates
 from symkin.estimate.estimate import Estimate
 from symkin.estimate.evidence.outliers import blunder_limit, blunders_of
@@ -40,13 +40,13 @@ from symkin.show.figures.style import (
     sign,
 )
 from symkin.show.figures.workspaces import View, shown_of, views_of
-from symkin.show.observations import rms
+from symkin.show.observations import in_deviations, rms
 from symkin.show.theme import ACCENT, AFTER, BEFORE, INK, LINE, MANY, name_points
 from symkin.show.units import on_paper
 from symkin.show.wording import milli, quantity, small
 from symkin.values import Array
 
-INTERVAL = 1.96  # standard deviations: holds 95% of normal errors
+INTERVAL = NORMAL_95  # standard deviations: holds 95% of normal errors
 _COLUMNS = 3  # of panels, one a leg
 _FEW = 1500  # poses that a map shows one by one
 _BINS, _LEAST_IN_BIN = 120, 20
@@ -276,12 +276,7 @@ def parameter_errors(
     -------
     Figure or SubFigure
     """
-    calibrated = found.mechanism
-    errors = calibrated.parameters - actual.parameters
-    deviations = calibrated.deviations
-    in_sigmas = np.full_like(errors, np.nan)
-    if deviations is not None:
-        np.divide(errors, deviations, out=in_sigmas, where=deviations > 0)
+    in_sigmas = in_deviations(found, actual)
     legs, count = in_sigmas.shape
     rows = -(-legs // _COLUMNS)
     figure = new_figure(8.8, 0.9 + rows * (0.75 + 0.22 * count), figure)

@@ -15,6 +15,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, NullFormatter
 from numpy.typing import ArrayLike
 
+from symkin.analysis.promises import NORMAL_95
 from symkin.analysis.workspace import WorkspaceSample
 from symkin.planning import Plan
 from symkin.planning.accuracy import set_name
@@ -166,7 +167,7 @@ def study_curves(
         axes.errorbar(
             curve.levels,
             curve.values,
-            1.96 * curve.errors,
+            NORMAL_95 * curve.errors,
             color=colour,
             marker=marker,
             markersize=4,
