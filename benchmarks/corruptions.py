@@ -391,8 +391,12 @@ CORRUPTIONS: Mapping[str, Corruption] = {
     "the target 0.5 mm off": Corruption(target_off(5e-4), FRAME, assumed="target"),
     "device scale 2000 ppm": Corruption(scaled(2e-3), (*FRAME, DISTORTED), assumed="scale"),
     "device scale 200 ppm": Corruption(scaled(2e-4), (*FRAME, DISTORTED), assumed="scale"),
-    "device 1% longer along x": Corruption(poses(stretched), (DISTORTED,), translating),
-    "device bent as by a lens, 1%": Corruption(poses(bent), (DISTORTED,), translating),
+    "device 1% longer along x": Corruption(
+        poses(stretched), (DISTORTED,), translating, assumed="a measuring device"
+    ),
+    "device bent as by a lens, 1%": Corruption(
+        poses(bent), (DISTORTED,), translating, assumed="a measuring device"
+    ),
     "backlash 0.5 mm": Corruption(backlash(5e-4), ("has-backlash",)),
     "backlash 0.1 mm": Corruption(backlash(1e-4), ("has-backlash",), assumed="backlash"),
     # On average over the rows a longer metre.

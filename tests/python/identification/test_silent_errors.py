@@ -794,6 +794,44 @@ def test_a_scale_of_the_device_is_told_where_tolerances_say_how_long_links_are()
     assert told.figures["terms"].startswith("too large by")
 
 
+@pytest.mark.parametrize("options", [{}, {"prior": "tolerances"}])
+def test_a_distortion_that_is_missed_is_told_with_what_it_does_to_the_robot(options):
+    robot = symkin.load_mechanism("hexapod_jugglebot")
+    taken = at_random(robot, 1).for_all_legs()
+    found = symkin.identify(robot, taken, **options)
+    (note,) = (each for each in found.notes if each.code == "unseen")
+    stretch = r"device longer along (\w) than along (\w) by ([\d.]+) % \(([\d.]+) times\)"
+    shear = r"device with (\w) and (\w) from square by ([\d.]+) mrad \(([\d.]+) times\)"
+    told = re.search(stretch, str(note)) or re.search(shear, str(note))
+    one, other = (robot.space.position.index(told[each]) for each in (1, 2))
+    half, strain = float(told[3]) / 2, np.zeros((3, 3))
+    if "longer" in told[0]:
+        strain[one, one], strain[other, other] = half / 100, -half / 100
+    else:
+        strain[one, other] = strain[other, one] = half / 1000
+    assert np.abs(strain).max() > 0.005  # one as large as is usual would be missed, too
+    poses = distorted(taken.poses, 3, strain=strain)
+    wrong = symkin.identify(robot, replace(taken, poses=poses), **options)
+    moved = symkin.evaluate(wrong.mechanism, actual=found.mechanism, poses=found.latent_poses)
+    times = moved.position_rms / found.expected_at_poses.position
+    assert times == pytest.approx(float(told[4]), rel=0.2)
+
+
+def test_a_distortion_that_is_usual_and_would_be_seen_is_no_note():
+    robot = symkin.load_mechanism("5bar")
+    found = symkin.identify(robot, at_random(robot, 1).for_all_legs())
+    (note,) = (each for each in found.notes if each.code == "unseen")
+    assert "device" not in str(note)
+
+
+def test_of_angles_alone_no_distortion_is_looked_for():
+    robot = symkin.load_mechanism("3RRR")
+    taken = at_random(robot, 1).for_all_legs()
+    alone = replace(taken, poses=taken.poses * [np.nan, np.nan, 1])
+    found = symkin.identify(robot, alone, prior="tolerances")
+    assert "device" not in "".join(str(each) for each in found.notes if each.code == "unseen")
+
+
 def test_sensors_that_run_out_of_true_are_no_distorted_device():
     robot = symkin.load_mechanism("5bar")
     taken = at_random(robot, 1).for_all_legs()

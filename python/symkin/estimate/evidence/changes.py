@@ -9,8 +9,9 @@ explain is taken out. All terms together alarm for one of 1000 sound robots, hal
 from __future__ import annotations
 
 import dataclasses
+import math
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +41,7 @@ from symkin.values import Array, Value, field, record
 
 _TRIM = 2  # rows before the first and after the last step that is looked for
 _RANK = 1e-9  # of the largest singular value
+_ALIKE = 1e-10  # of the largest eigenvalue of columns of unit length
 _SILENT = 1e-6  # of a column: the unknowns explain all of it
 _SMALL_LAG = 0.5  # of the last move
 _CLEAR_MOVES = 10.0  # mean square, in noise, for each row
@@ -107,20 +109,28 @@ class ChangeTest(Value):
 
 @record
 class Term:
-    """A column of whitened rows, and what is left of it, less what the unknowns explain."""
+    """A column of whitened rows, and its length less what the unknowns explain."""
 
     what: str
     of: str  # the leg's block, or the component of the base
     leg: int
     row: int
     column: Array
-    left: Array
+    length: float
     p_of: Callable[[float], float]
 
     @property
     def kind(self) -> tuple[str, bool]:
         """What it is, and whether of the base or of all."""
         return self.what, self.leg < 0
+
+
+class Explained(NamedTuple):
+    """What columns explain of residuals, together: sizes and their covariance, of chi-square."""
+
+    sizes: Array
+    covariance: Array
+    drop: float
 
 
 @record
@@ -137,11 +147,39 @@ class Rows:
     order: NDArray[np.intp]  # the rows of the measurements
     spare: int
     used: NDArray[np.bool_]  # n x r: which are conditions
+    by_priors: float = 0.0  # of chi-square: what they ask for
+
+    @property
+    def square(self) -> float:
+        """Chi-square, as a sum of squares."""
+        return float(np.square(self.residual).sum()) + self.by_priors
 
     def left(self, column: Array) -> Array:
         """What the unknowns leave of a column, n x r."""
         explained = np.einsum("nrk,nr->k", self.basis, column)
         return np.asarray(column - self.basis @ explained)
+
+    def length(self, column: Array) -> float:
+        """Of what the unknowns leave of a column: by how many deviations a unit of it shows.
+
+        Unknowns with priors explain it at a cost, so that more is left than `left` is long.
+        """
+        return math.sqrt(max(float(np.sum(column * self.left(column))), 0.0))
+
+    def score(self, column: Array) -> float:
+        """How many standard deviations of noise as declared there are of a column alone."""
+        return -float(np.sum(column * self.residual)) / self.length(column)
+
+    def explained(self, columns: Sequence[Array]) -> Explained:
+        """By columns together, which may be of very different lengths, or alike."""
+        stacked = np.stack(columns)
+        shared = np.einsum("anr,bnr->ab", stacked, np.stack([self.left(each) for each in stacked]))
+        unit = 1 / np.sqrt(np.diag(shared))
+        both = unit[:, None] * unit
+        inverse = np.linalg.pinv(shared * both, rcond=_ALIKE, hermitian=True) * both
+        along = -np.einsum("anr,nr->a", stacked, self.residual)
+        sizes = inverse @ along
+        return Explained(sizes, inverse, float(along @ sizes))
 
     def moved(self, column: Array) -> Array:
         """By how much the unknowns are off if so much of a column, n x r, was taken for noise."""
@@ -156,10 +194,10 @@ def change_tests(found: Found, apart: Sequence[int] = ()) -> tuple[ChangeTest, .
         return ()
     if rows is None or rows.spare < 1:
         return ()
-    terms = [each for each in terms_of_changes(found, rows) if each.left.any()]
+    terms = list(terms_of_changes(found, rows))
     if not terms:
         return ()
-    square = float(np.square(rows.residual).sum())
+    square = rows.square
     drops = {each.kind: _drop(rows, terms, each.kind) for each in terms}
     drop, count = max(drops.values())
     most = drop  # what legs do as they come to rest looks a little like a lag
@@ -168,11 +206,10 @@ def change_tests(found: Found, apart: Sequence[int] = ()) -> tuple[ChangeTest, .
     tests, before = [], usual(square, rows.spare)
     names, units = _names(found, terms)
     for term, name, unit in zip(terms, names, units, strict=True):
-        length = np.linalg.norm(term.left)
-        statistic = -float(np.sum(term.left * rows.residual) / length / scale)
+        statistic = rows.score(term.column) / float(scale)
         drop, many = drops[term.kind]
         left_over = usual(square - drop, rows.spare - many)
-        size = float(statistic * scale / length)
+        size = float(statistic * scale / term.length)
         tests.append(
             ChangeTest(
                 what=term.what,
@@ -180,12 +217,12 @@ def change_tests(found: Found, apart: Sequence[int] = ()) -> tuple[ChangeTest, .
                 leg=term.leg,
                 row=term.row,
                 size=size,
-                deviation=float(scale / length),
+                deviation=float(scale / term.length),
                 unit=unit,
                 statistic=statistic,
                 p_value=term.p_of(abs(statistic)),
                 limit=ALARMS / counts[term.what == "step"],
-                seen=float(length / np.linalg.norm(term.column)),
+                seen=float(term.length / np.linalg.norm(term.column)),
                 explains=(left_over or drop > (square - rows.spare) / 2)
                 and (term.what != "lag" or drop == most),
                 # By half a move is no first order: readings may stand in other rows.
@@ -204,11 +241,8 @@ def usual(square: float, degrees: int) -> bool:
 
 def _drop(rows: Rows, terms: Sequence[Term], kind: tuple[str, bool]) -> tuple[float, int]:
     """How much of chi-square all terms of a kind explain together, and how many they are."""
-    own = [each for each in terms if each.kind == kind]
-    columns = np.column_stack([each.left.ravel() for each in own])
-    columns = columns / np.linalg.norm(columns, axis=0)
-    fitted, *_ = np.linalg.lstsq(columns, rows.residual.ravel(), rcond=1e-8)
-    return float(np.square(columns @ fitted).sum()), len(own)
+    own = [each.column for each in terms if each.kind == kind]
+    return rows.explained(own).drop, len(own)
 
 
 def terms_of_changes(found: Found, rows: Rows) -> Iterator[Term]:
@@ -274,10 +308,9 @@ def _along(rows: Rows, late: Covariate) -> Array:
 
 
 def _term(rows: Rows, what: str, of: str, leg: int, column: Array) -> Iterator[Term]:
-    length = float(np.linalg.norm(column))
-    left = rows.left(column)
-    if np.linalg.norm(left) > _SILENT * length > 0:
-        yield Term(what, of, leg, -1, column, left, _two_sided)
+    length = rows.length(column)
+    if length > _SILENT * np.linalg.norm(column) > 0:
+        yield Term(what, of, leg, -1, column, length, _two_sided)
 
 
 def _step(numbers: NDArray[np.intp], rows: Rows, of: str, leg: int, one: Array) -> Iterator[Term]:
@@ -289,8 +322,8 @@ def _step(numbers: NDArray[np.intp], rows: Rows, of: str, leg: int, one: Array) 
     # As the unknown has it, -1 before: a constant beside is not.
     column = np.where(np.arange(len(one))[:, None] < step, -one, 0.0)
     row = int(numbers[rows.order[step]])
-    left = rows.left(column)
-    yield Term("step", of, leg, row, column, left, lambda u: largest_of_steps(u, alike))
+    length = rows.length(column)
+    yield Term("step", of, leg, row, column, length, lambda u: largest_of_steps(u, alike))
 
 
 def step_scores(one: Array, basis: Array, residual: Array) -> tuple[NDArray[np.intp], Array, Array]:
@@ -392,6 +425,7 @@ def rows_of_changes(found: Found, apart: tuple[int, ...]) -> Rows | None:
     order = np.argsort(clock(measured), kind="stable")
     order = order[(finite & ~without)[order]]
     removed = _gradient(jacobian[finite & without, :, :free], residual[finite & without])
+    by_priors = found.chi_square - float(np.square(residual[finite]).sum())
     jacobian, residual = jacobian[order], residual[order]
     if not residual.size:
         return None
@@ -416,7 +450,19 @@ def rows_of_changes(found: Found, apart: tuple[int, ...]) -> Rows | None:
     spare = int(used.sum()) + int(np.linalg.matrix_rank(priors)) - int(shown.sum())
     components = tuple(names[i].partition(".")[2] for i in places_of_base)
     by_leg = by[..., :legs]
-    return Rows(residual, basis, half, by_leg, growth, bases, components, order, spare, used)
+    return Rows(
+        residual=residual,
+        basis=basis,
+        by_basis=half,
+        by_leg=by_leg,
+        by_growth=growth,
+        by_base=bases,
+        components=components,
+        order=order,
+        spare=spare,
+        used=used,
+        by_priors=max(by_priors, 0.0) if len(priors) and not found.rejected else 0.0,
+    )
 
 
 def _gradient(rows: Array, residual: Array) -> Array:

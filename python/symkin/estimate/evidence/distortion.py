@@ -9,7 +9,9 @@ resembles what sensors and joints do. Outliers are not left out: the outermost p
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from statistics import NormalDist
 
 import numpy as np
 
@@ -24,6 +26,7 @@ from symkin.values import Array
 
 _SEEN = 1e-3  # of a field, at least, that other unknowns leave
 _CLEAR = 4.0  # standard deviations of a term that is named
+_MOST, _HALVINGS = 100.0, 30  # of standard deviations in which what is seen is looked for
 
 
 def distortion_that_explains(found: Found) -> Doubt | None:
@@ -39,36 +42,21 @@ def distortion_that_explains(found: Found) -> Doubt | None:
         return None
     if rows is None or rows.spare < 1:
         return None
-    places = places_of(found, rows)
-    reach = float(np.linalg.norm(places - places.mean(axis=0), axis=1).max(initial=0.0))
-    if not 0 < reach < np.inf:
-        return None
-    axes = found.nominal.space.position
-    by_name = _fields(places, reach, axes, scale=len(found.prior_rows) > 0)
-    columns = {name: _column(rows, axes, displaced) for name, displaced in by_name}
-    columns = {name: column for name, column in columns.items() if _is_seen(rows, column)}
+    columns, reach = columns_of_distortion(found, rows)
     if not columns:
         return None
-    # Where a distortion has no effect nobody knows.
-    frames = (rows.by_base[..., i] for i in range(len(rows.components)))
-    stacked = np.stack([*columns.values(), *(each for each in frames if _is_seen(rows, each))])
-    shared = np.einsum("anr,bnr->ab", stacked, np.stack([rows.left(each) for each in stacked]))
-    inverse = np.linalg.pinv(shared, rcond=1e-10, hermitian=True)
-    along = -np.einsum("anr,nr->a", stacked, rows.residual)
-    sizes, drop = inverse @ along, float(along @ inverse @ along)
-    square, spare = float(np.square(rows.residual).sum()), rows.spare
-    if not found.legs:  # what priors ask for, too
-        square, spare = found.chi_square, round(found.degrees_of_freedom)
-    count, spare = len(stacked), spare - len(stacked)
+    stacked = with_frames(rows, columns)
+    sizes, covariance, drop = rows.explained(stacked)
+    count, square, spare = len(stacked), rows.square, rows.spare - len(stacked)
     # Of an estimate so far off that one step says nothing, that may explain more than there is.
     if not usual(square - drop, spare) or _too_good(square - drop, spare):
         return None
     scale = max((square - drop) / spare, 1.0)
     statistic = drop / count / scale
     p_value = float(_core.f_tail(statistic, count, spare))
-    clear = _CLEAR * np.sqrt(scale * np.diag(inverse))
+    clear = _CLEAR * np.sqrt(scale * np.diag(covariance))
     named = [
-        _words(name, size, reach)
+        words_of(name, size, reach)
         for name, size, least in zip(columns, sizes, clear, strict=False)
         if abs(size) > least
     ]
@@ -77,6 +65,53 @@ def distortion_that_explains(found: Found) -> Doubt | None:
     evidence = f" (F({count}, {spare}) = {statistic:.3g})"
     figures = {"terms": ", ".join(named), "evidence": evidence, "most": True}
     return Doubt("device-distorted", p=p_value, figures=figures)
+
+
+def columns_of_distortion(found: Found, rows: Rows) -> tuple[dict[str, Array], float]:
+    """What a metre at the outermost pose does to the rows, and how far from the middle that is.
+
+    Where unknowns do not explain it all.
+    """
+    places = places_of(found, rows)
+    reach = float(np.linalg.norm(places - places.mean(axis=0), axis=1).max(initial=0.0))
+    if not 0 < reach < np.inf:
+        return {}, reach
+    axes = found.nominal.space.position
+    by_name = _fields(places, reach, axes, scale=len(found.prior_rows) > 0)
+    columns = {name: _column(rows, axes, displaced) for name, displaced in by_name}
+    return {name: each for name, each in columns.items() if _is_seen(rows, each)}, reach
+
+
+def with_frames(rows: Rows, columns: Mapping[str, Array]) -> list[Array]:
+    """And those of a frame: where a distortion has no effect nobody knows."""
+    frames = (rows.by_base[..., i] for i in range(len(rows.components)))
+    return [*columns.values(), *(each for each in frames if _is_seen(rows, each))]
+
+
+def seen_from(rows: Rows, columns: Mapping[str, Array], power: float) -> dict[str, float]:
+    """Of each distortion the size that is named in so many of the robots that have it alone."""
+    stacked = with_frames(rows, columns)
+    count, spare = len(stacked), rows.spare - len(stacked)
+    if not columns or spare < 1:
+        return {}
+    beyond = NormalDist().inv_cdf(power)
+    deviations = np.sqrt(np.diag(rows.explained(stacked).covariance))
+
+    def drop(size: float) -> float:  # what so many exceed, of a column that shows by that much
+        square = size**2
+        return square + count - beyond * math.sqrt(2 * count + 4 * square)
+
+    low, high = 0.0, _MOST
+    for _ in range(_HALVINGS):
+        middle = (low + high) / 2
+        if _core.f_tail(max(drop(middle), 0.0) / count, count, spare) < SAG_ALARMS:
+            high = middle
+        else:
+            low = middle
+    return {
+        name: max(high / rows.length(column), (_CLEAR + beyond) * float(deviation))
+        for (name, column), deviation in zip(columns.items(), deviations, strict=False)
+    }
 
 
 def _too_good(square: float, degrees: int) -> bool:
@@ -119,11 +154,11 @@ def _column(rows: Rows, axes: Sequence[str], displaced: Array) -> Array:
 
 def _is_seen(rows: Rows, column: Array) -> bool:
     """Whether the unknowns leave something of it."""
-    left = float(np.sum(column * rows.left(column)))
-    return left > _SEEN**2 * float(np.square(column).sum()) > 0
+    return rows.length(column) > _SEEN * float(np.linalg.norm(column)) > 0
 
 
-def _words(name: str, size: float, reach: float) -> str:
+def words_of(name: str, size: float, reach: float) -> str:
+    """A distortion of so many metres at the outermost pose."""
     kind, _, axes = name.partition(" ")
     if kind == "stretch":
         longer, shorter = (*axes,) if size > 0 else (*axes[::-1],)

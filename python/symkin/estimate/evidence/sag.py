@@ -39,26 +39,21 @@ def doubts_of_sag(
         return
     if rows is None or rows.spare < 1:
         return
-    columns = {name: rows.left(column) for name, column in columns_of_sag(found, rows).items()}
+    columns = columns_of_sag(found, rows)
     if not columns:
         return
-    stacked = np.column_stack([column.ravel() for column in columns.values()])
-    stacked /= np.linalg.norm(stacked, axis=0)
-    explained = stacked @ np.linalg.lstsq(stacked, rows.residual.ravel(), rcond=1e-8)[0]
-    square, drop = (float(np.square(each).sum()) for each in (rows.residual, explained))
+    square = rows.square
+    drop = rows.explained([*columns.values()]).drop
     spare = rows.spare - len(columns)
     scale = np.sqrt(max((square - drop) / max(spare, 1), 1.0))
-    scores = {
-        name: -float(np.sum(column * rows.residual)) / np.linalg.norm(column) / scale
-        for name, column in columns.items()
-    }
+    scores = {name: rows.score(column) / scale for name, column in columns.items()}
     worst = max(scores, key=lambda name: abs(scores[name]))
     p_value = float(_core.chi_square_tail(scores[worst] ** 2, 1))
     most = not whole and drop > (square - rows.spare) / 2
     accounted = most or usual(square - drop, spare)
     if p_value >= SAG_ALARMS / len(columns) or not accounted:
         return
-    deviation = float(scale / np.linalg.norm(columns[worst]))
+    deviation = float(scale / rows.length(columns[worst]))
     size = scores[worst] * deviation
     figures = {
         "component": worst,
@@ -88,6 +83,6 @@ def columns_of_sag(found: Found, rows: Rows) -> dict[str, Array]:
         if name not in rows.components:
             continue
         column = rows.by_base[..., rows.components.index(name)] * (squares / squares.max())[:, None]
-        if np.linalg.norm(rows.left(column)) > _SEEN * np.linalg.norm(column):
+        if rows.length(column) > _SEEN * np.linalg.norm(column) > 0:
             columns[name] = column
     return columns

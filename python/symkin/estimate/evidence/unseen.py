@@ -11,6 +11,7 @@ import numpy as np
 
 from symkin.errors import SymkinError, few
 from symkin.estimate.evidence.changes import Rows, asked_for, rows_of_changes, terms_of_changes
+from symkin.estimate.evidence.distortion import columns_of_distortion, seen_from, words_of
 from symkin.estimate.evidence.findings import Note
 from symkin.estimate.evidence.residuals import ALARMS
 from symkin.estimate.evidence.sag import SAG_ALARMS, columns_of_sag
@@ -22,6 +23,9 @@ from symkin.values import Array, record
 _POWER = 0.9  # of robots in which a test sees it
 _SEEN = 1e-3  # of a column: what unknowns leave less of, no size of it shows
 _NAMED = 3
+# Of the distance of the outermost pose from the middle: 1%, or 10 mrad, between two axes, or of it.
+_USUAL = {"stretch": 0.005, "shear": 0.005, "lens": 0.01}
+_WITH = {"stretch": "", "shear": "with ", "lens": "that has positions "}
 
 
 @record
@@ -46,6 +50,7 @@ class _Defect:
             "growth": f"growth of all lengths by {1e6 * self.size:.2g} ppm",
             "lag": f"{shown} that lag by {100 * self.size:.2g} % of the last move",
             "drift": f"a drift of {amount} of {self.of}",
+            "device": f"a measuring device {self.of}",
         }[self.what]
 
 
@@ -72,7 +77,7 @@ def notes_of_the_unseen(found: Found) -> Iterator[Note]:
     if not expected > 0:
         return
     worst: dict[str, tuple[float, _Defect]] = {}
-    for each in (*_of_changes(found, rows), *_of_sag(found, rows)):
+    for each in (*_of_changes(found, rows), *_of_sag(found, rows), *_of_device(found, rows)):
         moved = effects[..., : len(found.names)] @ rows.moved(each.size * each.column)
         times = float(np.sqrt(np.square(moved).sum(axis=1).mean())) / expected
         if times > max(1.0, worst.get(each.what, (0.0,))[0]):
@@ -97,7 +102,7 @@ def _seen_from(alarms: float) -> float:
 def _of_changes(found: Found, rows: Rows) -> Iterator[_Defect]:
     """Slopes of one leg, of the base, or of all legs alike."""
     terms = [each for each in terms_of_changes(found, rows) if each.what != "step"]
-    kept = [each for each in terms if np.linalg.norm(each.left) > _SEEN * _length(each.column)]
+    kept = [each for each in terms if each.length > _SEEN * np.linalg.norm(each.column)]
     enough = _seen_from(ALARMS / max(len(terms), 1))
     reading = found.nominal.reading_unit
     for each in kept:
@@ -107,13 +112,13 @@ def _of_changes(found: Found, rows: Rows) -> Iterator[_Defect]:
         elif each.what == "drift":
             of = f"{of} of where the robot stands to the measuring device"
         if each.what != "clock":
-            size = enough / _length(each.left)
+            size = enough / each.length
             yield _Defect(each.what, of, each.column, size, unit, asked_for(each))
     of_legs = [each for each in kept if each.what == "backlash"]
     if len(of_legs) > 1:
         column = np.sum([each.column for each in of_legs], axis=0)
         left = rows.left(column)
-        shown = max(abs(float(np.sum(each.left * left))) / _length(each.left) for each in of_legs)
+        shown = max(abs(float(np.sum(each.column * left))) / each.length for each in of_legs)
         size, options = enough / shown, asked_for(of_legs[0])
         yield _Defect("backlash", "all legs", column, size, reading, options)
 
@@ -124,10 +129,19 @@ def _of_sag(found: Found, rows: Rows) -> Iterator[_Defect]:
     if SAG in {each.name for each in found.assumed} or not down or down[0] not in columns:
         return
     column = columns[down[0]]
-    size = _seen_from(SAG_ALARMS / len(columns)) / _length(rows.left(column))
+    size = _seen_from(SAG_ALARMS / len(columns)) / rows.length(column)
     assume = {**(found.options.assume or {}), SAG: float(f"{size:.2g}")}
     yield _Defect("sag", "", column, size, "m", {"assume": assume})
 
 
-def _length(column: Array) -> float:
-    return float(np.linalg.norm(column))
+def _of_device(found: Found, rows: Rows) -> Iterator[_Defect]:
+    """Distortions of a device, where those that are usual may not be seen.
+
+    That much is usual of a camera that nobody calibrated: an eye does not see 2% in an image.
+    """
+    columns, reach = columns_of_distortion(found, rows)
+    for name, size in seen_from(rows, columns, _POWER).items():
+        kind = name.partition(" ")[0]
+        if size > _USUAL.get(kind, np.inf) * reach:
+            told = f"{_WITH[kind]}{words_of(name, size, reach)}"
+            yield _Defect("device", told, columns[name], size, "m", {})
