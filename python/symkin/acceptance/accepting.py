@@ -32,6 +32,7 @@ from symkin.model.mechanism import Mechanism
 from symkin.options import Frame, Judge, checks
 from symkin.values import Array
 
+_FEWEST, _MANY = 5, 30  # poses, that may stand for all others, and that do so well
 _SHARE = 0.95
 
 
@@ -233,6 +234,13 @@ def _judged(
         )
     elif verdict == "undecided":
         reason = "the tolerance lies between the limits: more poses, or a better device, decide"
+    if verdict == "pass" and len(of_poses) < _FEWEST:
+        verdict = "undecided"
+        poses = "one pose" if len(of_poses) == 1 else f"{len(of_poses)} poses"
+        reason = (
+            f"{poses} cannot stand for all others: measure {_FEWEST} at least, as ISO 9283 does, "
+            f"or {_MANY} that are drawn at random"
+        )
     if failed and verdict == "pass":
         verdict = "undecided"
         reason = f"the model cannot take {len(failed)} of the rows, so nothing is known of them"
@@ -284,8 +292,14 @@ def _digests(paths: Sequence[Path | None]) -> tuple[tuple[str, str], ...]:
 
 def _beyond(judge: Judge, judged: Sequence[Judged], poses: int) -> list[str]:
     """What is said of poses that were not tested."""
-    if judge != "largest" or any(each.verdict != "pass" for each in judged):
+    if any(each.verdict != "pass" for each in judged):
         return []
+    if judge != "largest":
+        words = (
+            f"The root mean square is that of {poses} poses; of others they say the more the more "
+            f"of them there are, drawn at random: {_MANY} or more."
+        )
+        return [words] if poses < _MANY else []
     share = RISK ** (1 / poses)
     words = (
         f"If these {poses} poses were drawn at random, at least {100 * share:.3g} % of all poses "

@@ -225,6 +225,8 @@ def comparison_of_calibrations_page(found: Comparison) -> Page:
             "The parameters differ by more than noise, but only as by a device that was set up "
             "anew: the robot's own shape has not changed by more than noise."
         )
+    elif found.doubts:
+        judgement = "Nothing is seen to have moved by more than noise, but that is in doubt."
     else:
         judgement = "The two calibrations agree: nothing has moved by more than noise."
     headlines: list[Headline] = []

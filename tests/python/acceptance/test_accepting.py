@@ -61,6 +61,21 @@ def test_one_bad_pose_fails_where_every_pose_is_judged(robot, poses):
     assert "at least 90.5 % of all poses" in sound.notes[-1]
 
 
+@pytest.mark.parametrize("judge", ["rms", "largest"])
+def test_a_few_poses_cannot_pass_and_some_say_how_many_they_are(robot, poses, judge):
+    for count, verdict in ((1, "undecided"), (4, "undecided"), (5, "pass")):
+        found = accept(declared(robot), measured(robot, poses[:count]), 1e-3, judge=judge)
+        assert found.verdict == verdict
+    assert "cannot stand for all others" in accept(
+        declared(robot), measured(robot, poses[:1]), 1e-3, judge=judge
+    ).text(whole=True).replace("\n  ", " ")
+    assert "5 poses" in found.notes[-1]
+    often = accept(declared(robot), measured(robot, np.repeat(poses[:1], 30, axis=0)), 1e-3)
+    assert often.verdict == "undecided"
+    far = accept(declared(robot), measured(robot, poses[:1], moved=1e-2), 1e-3, judge=judge)
+    assert far.verdict == "fail"
+
+
 def test_a_table_that_contradicts_its_noise_has_no_verdict(robot, poses):
     found = accept(declared(robot, 1e-4), measured(robot, poses, 1e-5), 1e-3)
     assert found.verdict == "undecided"

@@ -76,3 +76,10 @@ def test_calibrations_of_different_drawings_are_refused(robot, plan):
     second = calibration(moved, plan, actual, 4)
     with pytest.raises(SymkinError, match="began with the same drawing"):
         symkin.compare(first, second)
+
+
+def test_calibrations_of_the_same_rows_are_not_said_to_agree(robot, plan):
+    first = calibration(robot, plan, disturb(robot, seed=3), 4)
+    told = symkin.compare(first, first).text()
+    assert "The two calibrations agree" not in told
+    assert "in doubt" in told
