@@ -197,3 +197,20 @@ def test_the_rows_of_the_calibration_itself_are_refused(calibrated):
     assert accept(calibrated / "out" / "calibrated.toml", calibrated / "later.csv", 2e-4).held_out
     with pytest.raises(SymkinError, match=r"36 of 36 rows .* are of the calibration itself"):
         accept(calibrated / "out", calibrated / "first.csv", 2e-4)
+
+
+@pytest.mark.parametrize(("unit", "digits"), [(1.0, 6), (1e-3, 2), (np.pi / 180, 4)])
+def test_rows_of_the_calibration_are_known_however_a_program_rounds_them(
+    robot, calibrated, unit, digits
+):
+    def rounded(name):
+        taken = symkin.read_measurements(calibrated / name, robot)
+        length = unit if unit < 0.01 else 1e-3
+        poses, readings = taken.poses.copy(), unit * np.round(taken.readings / unit, digits)
+        poses[:, :2] = length * np.round(poses[:, :2] / length, max(digits - 1, 1))
+        poses[:, 2] = unit * np.round(poses[:, 2] / unit, digits)
+        return Measurements.of(poses, readings, reading_unit="rad", pose_space="planar")
+
+    with pytest.raises(SymkinError, match=r"36 of 36 rows .* are of the calibration itself"):
+        accept(calibrated / "out", rounded("first.csv"), 2e-3)
+    assert accept(calibrated / "out", rounded("later.csv"), 2e-3).held_out is True
