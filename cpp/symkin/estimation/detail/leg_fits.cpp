@@ -5,9 +5,19 @@
 #include <cmath>
 
 #include "symkin/estimation/detail/linear_fit.hpp"
+#include "symkin/estimation/unknowns.hpp"
 #include "symkin/model/pose_space.hpp"
 
 namespace symkin {
+namespace {
+
+Vector leg_sizes(const Mechanism& mechanism, Index leg) {
+  const Setup setup = Setup::of(mechanism);
+  return natural_sizes(mechanism, setup)
+      .segment(UnknownList(setup).leg(leg), mechanism.parameter_count());
+}
+
+}  // namespace
 
 LegFits::LegFits(const Mechanism& mechanism, Index leg, const IdentificationOptions& options)
     : mechanism_(mechanism),
@@ -16,6 +26,7 @@ LegFits::LegFits(const Mechanism& mechanism, Index leg, const IdentificationOpti
       model_(mechanism.model(leg)),
       estimated_(mechanism.estimated_parameters(leg)),
       pose_variances_(options.noise.pose_variances(mechanism.pose_space())),
+      sizes_(leg_sizes(mechanism, leg)),
       stages_{BlockLosses{RobustLoss{}}},
       chosen_(place(lanes_)),
       states_(place(lanes_)),
@@ -208,9 +219,10 @@ void LegFits::weigh(const BlockLoss& loss) {
 
 // One lane's. The last step, shorter than kEnds of the root of the cost and much shorter than the
 // one before, is taken by the estimate alone: the rows stay as they are, whatever the other lanes
-// do.
+// do. Of the start of `joint` it is one that is short beside the leg or beside the cost: what that
+// leaves is less than the noise, by which `joint` moves on in any case.
 void LegFits::step(Index lane, const BlockLoss* loss, bool may_move) {
-  constexpr double kJointStart = 1e-2;  // where `joint` goes on, much further
+  constexpr double kJointStart = 1e-2;  // of the root of the cost, or of a natural size
   constexpr double kEnds = 1e-6;
   constexpr double kRobustEnds = 1e-7;  // squares that are not weighted change with the step
   constexpr double kNear = 1e-2;
@@ -219,9 +231,8 @@ void LegFits::step(Index lane, const BlockLoss* loss, bool may_move) {
   constexpr double kRounding = 1e-9;
   constexpr double kNewton = 0.3;  // of a deviation, the longest of Newton's steps
   constexpr double kPoor = 1e-9;   // a pivot of Newton's: the loss has no minimum
-  const double ends = options_.estimator == Estimator::joint ? kJointStart
-                      : loss == nullptr                      ? kEnds
-                                                             : kRobustEnds;
+  const bool joint = options_.estimator == Estimator::joint;
+  const double ends = joint ? kJointStart : loss == nullptr ? kEnds : kRobustEnds;
   State& state = states_[place(lane)];
   const double decrease = at(decrease_, 0, lane), pivot = at(pivot_, 0, lane);
   const double cost = at(whitened_, 0, lane);
@@ -238,11 +249,14 @@ void LegFits::step(Index lane, const BlockLoss* loss, bool may_move) {
     return;
   }
   Vector& parameters = fits_[place(lane)].parameters;
+  double size = 0;  // of the step
   for (Index k = 0; k < rows_.size; ++k) {
     const Index parameter = estimated_[place(k)];
     parameters[parameter] = at(parameters_, parameter, lane) + at(step_, k, lane);
+    size = std::max(size, std::abs(at(step_, k, lane)) / sizes_[parameter]);
   }
-  if (distance < ends && (distance < kShorter * state.distance || distance < kRounding)) {
+  if ((distance < ends && (distance < kShorter * state.distance || distance < kRounding)) ||
+      (joint && size < kJointStart)) {
     state.runs = false;
     state.cost = cost;
     return;

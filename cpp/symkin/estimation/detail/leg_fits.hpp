@@ -88,6 +88,7 @@ class LegFits {
   Index lanes_ = kernels_.lanes;
   const std::vector<Index>& estimated_;
   Vector pose_variances_;
+  Vector sizes_;                     // natural ones of the parameters
   std::vector<BlockLosses> stages_;  // least squares, and those of the loss
 
   Index count_ = 0;  // of robots
