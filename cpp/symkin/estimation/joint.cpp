@@ -210,12 +210,11 @@ double judge(Index rank, Index priors, BlockLosses& losses, JointFit& fit) {
   return fit.goodness.spread() * fit.goodness.spread();
 }
 
-// What is said of ranks and covariances at the problem's present state.
-void determine(const LatentProblem& problem, const Layout& layout, const Vector& tolerances,
-               const Vector& scale, BlockLosses& losses, JointFit& fit) {
+// What is said of ranks and covariances at the problem's present state, of which `all` is shown.
+void determine(const LatentProblem& problem, const LinearFit& all, const Layout& layout,
+               const Vector& tolerances, const Vector& scale, BlockLosses& losses, JointFit& fit) {
   const Index columns = layout.columns();
   const Index priors = prior_rank(layout);
-  const LinearFit all = shown_by(problem, layout, scale, 1, true, true);
   RowMatrix unseen = all.unseen();
   if (priors > 0) {
     unseen = shown_by(problem, layout, scale, 1, false).unseen();
@@ -233,8 +232,9 @@ void determine(const LatentProblem& problem, const Layout& layout, const Vector&
 }
 
 // Everything that is said of the fit at the problem's present state.
-void describe(const LatentProblem& problem, const Layout& layout, const Vector& tolerances,
-              const Vector& scale, BlockLosses& losses, bool rows, JointFit& fit) {
+void describe(const LatentProblem& problem, const LinearFit& all, const Layout& layout,
+              const Vector& tolerances, const Vector& scale, BlockLosses& losses, bool rows,
+              JointFit& fit) {
   fit.setup = problem.setup();
   fit.change = problem.change();
   fit.poses = problem.poses();
@@ -250,7 +250,7 @@ void describe(const LatentProblem& problem, const Layout& layout, const Vector& 
   }
   fit.chi_square_data = fit.chi_squares.sum();
   fit.chi_square_prior = problem.prior_squares();
-  determine(problem, layout, tolerances, scale, losses, fit);
+  determine(problem, all, layout, tolerances, scale, losses, fit);
   for (Index pose = 0; rows && pose < fit.poses.rows(); ++pose) {
     if (problem.aside()[static_cast<std::size_t>(pose)]) {
       continue;
@@ -287,6 +287,7 @@ class JointSolver {
         scale_(other.scale_),
         problem_(std::make_unique<LatentProblem>(*other.problem_)),
         open_(other.open_),
+        shown_(other.shown_),
         outcome_(other.outcome_),
         cost_(other.cost_) {}
   JointSolver(JointSolver&&) noexcept = default;
@@ -297,6 +298,8 @@ class JointSolver {
   void solve(const BlockLosses& losses);
 
   const LatentProblem& problem() const { return *problem_; }
+  // Where it ended.
+  const LinearFit& shown() const { return shown_; }
   const SolverOutcome& outcome() const { return outcome_; }
   bool converged() const { return outcome_.converged; }
   double cost() const { return cost_; }
@@ -316,18 +319,20 @@ class JointSolver {
   Vector scale_;
   std::unique_ptr<LatentProblem> problem_;
   bool open_ = false;  // whether something is held
+  LinearFit shown_;
   SolverOutcome outcome_;
   double cost_ = 0;
 };
 
 bool JointSolver::hold_unseen() {
   const bool refuse = options_->gauge == Gauge::refuse;
-  const LinearFit shown = shown_by(*problem_, *layout_, scale_, 1, true, !refuse);
+  shown_ = shown_by(*problem_, *layout_, scale_, 1, true, !refuse);
   if (refuse) {
-    require_all(shown);
+    require_all(shown_);
   }
-  problem_->constrain(nearest_to_start(shown.unseen(), tolerances_of(*layout_, *options_), scale_));
-  return shown.unseen().cols() > 0;
+  problem_->constrain(
+      nearest_to_start(shown_.unseen(), tolerances_of(*layout_, *options_), scale_));
+  return shown_.unseen().cols() > 0;
 }
 
 // A fit that is free to go along what nothing shows would go far, and one that will be refused is
@@ -443,7 +448,8 @@ JointFit fit_jointly(const Mechanism& mechanism, const Setup& start,
   fit.iterations = solver.outcome().iterations;
   fit.unguarded = std::move(unguarded);
   const LatentProblem& problem = solver.problem();
-  describe(problem, layout, tolerances_of(layout, options), scale, losses, options.rows, fit);
+  describe(problem, solver.shown(), layout, tolerances_of(layout, options), scale, losses,
+           options.rows, fit);
   return fit;
 }
 

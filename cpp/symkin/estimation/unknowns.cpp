@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <string_view>
 
 #include "symkin/model/sensor.hpp"
 #include "symkin/support/dense.hpp"
@@ -30,6 +31,57 @@ Vector along(const Setup& setup, Index leg, const RowMatrix& covariates, LegCova
 
 constexpr const char* kAxes[] = {"x", "y", "z", "rx", "ry", "rz"};
 constexpr const char* kBed[] = {"c0", "c1", "c2", "bow"};
+
+// What `visit` does with every scalar that the mechanism has, and what makes its name.
+template <typename Visit>
+void visit_unknowns(const Mechanism& mechanism, const Setup& setup, const Visit& visit) {
+  const UnknownList list(setup);
+  const PoseSpace space = mechanism.pose_space();
+  const bool planar = position_size(space) == 2;
+  for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
+    const auto of_leg = [&](Index scalar, std::string_view name) {
+      visit(scalar, [&] { return "leg" + std::to_string(leg + 1) + "." + std::string(name); });
+    };
+    Index scalar = list.leg(leg);
+    for (const ParameterInfo& parameter : mechanism.model(leg).info().parameters) {
+      if (parameter.role.kind != ParameterKind::absent) {
+        of_leg(scalar, parameter.name);
+      }
+      ++scalar;
+    }
+    for (const ParameterInfo& term : CurvedSensor::kCurvatureInfos) {
+      of_leg(scalar++, term.name);
+    }
+    for (std::size_t k = 0; k < setup.leg_covariates.size(); ++k) {
+      of_leg(list.leg_slope(leg) + static_cast<Index>(k), setup.leg_covariates[k].name);
+    }
+  }
+  for (const Index slot : frame_slots(space)) {
+    const std::string axis = planar && slot == 5 ? "phi" : kAxes[slot];
+    visit(list.base() + slot, [&] { return "base." + axis; });
+    visit(list.target() + slot, [&] { return "target." + axis; });
+    for (std::size_t i = 0; i < setup.base_covariates.size(); ++i) {
+      visit(list.base_slope(static_cast<Index>(i)) + slot,
+            [&] { return setup.base_covariates[i] + "." + axis; });
+    }
+  }
+  for (Index axis = 0; axis < position_size(space); ++axis) {
+    for (Index i = 0; i < setup.points.rows(); ++i) {
+      visit(list.point(i) + axis,
+            [&] { return "point" + std::to_string(i + 1) + "." + kAxes[axis]; });
+    }
+    for (Index i = 0; i < setup.anchors.rows(); ++i) {
+      visit(list.anchor(i) + axis,
+            [&] { return "anchor" + std::to_string(i + 1) + "." + kAxes[axis]; });
+    }
+  }
+  for (Index i = 0; position_size(space) > 0 && i < setup.zeros.size(); ++i) {
+    visit(list.zero(i), [&] { return "distance" + std::to_string(i + 1) + ".zero"; });
+  }
+  for (Index i = 0; position_size(space) == 3 && i < 4; ++i) {
+    visit(list.plane() + i, [&] { return std::string("plane.") + kBed[i]; });
+  }
+}
 
 }  // namespace
 
@@ -81,49 +133,10 @@ UnknownList::UnknownList(const Setup& setup)
       base_slopes_(setup.base_slopes.rows()) {}
 
 std::vector<std::string> unknown_names(const Mechanism& mechanism, const Setup& setup) {
-  const UnknownList list(setup);
-  const PoseSpace space = mechanism.pose_space();
-  const bool planar = position_size(space) == 2;
-  std::vector<std::string> names(static_cast<std::size_t>(list.size()));
-  const auto set = [&](Index scalar, const std::string& name) {
-    names[static_cast<std::size_t>(scalar)] = name;
-  };
-  for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
-    const std::string block = "leg" + std::to_string(leg + 1) + ".";
-    Index scalar = list.leg(leg);
-    for (const auto& [name, role, held] : mechanism.model(leg).info().parameters) {
-      const bool absent = role.kind == ParameterKind::absent;
-      set(scalar++, absent ? std::string() : block + std::string(name));
-    }
-    for (const ParameterInfo& term : CurvedSensor::kCurvatureInfos) {
-      set(scalar++, block + std::string(term.name));
-    }
-    for (std::size_t k = 0; k < setup.leg_covariates.size(); ++k) {
-      set(list.leg_slope(leg) + static_cast<Index>(k), block + setup.leg_covariates[k].name);
-    }
-  }
-  for (const Index slot : frame_slots(space)) {
-    const std::string axis = planar && slot == 5 ? "phi" : kAxes[slot];
-    set(list.base() + slot, "base." + axis);
-    set(list.target() + slot, "target." + axis);
-    for (std::size_t i = 0; i < setup.base_covariates.size(); ++i) {
-      set(list.base_slope(static_cast<Index>(i)) + slot, setup.base_covariates[i] + "." + axis);
-    }
-  }
-  for (Index axis = 0; axis < position_size(space); ++axis) {
-    for (Index i = 0; i < setup.points.rows(); ++i) {
-      set(list.point(i) + axis, "point" + std::to_string(i + 1) + "." + kAxes[axis]);
-    }
-    for (Index i = 0; i < setup.anchors.rows(); ++i) {
-      set(list.anchor(i) + axis, "anchor" + std::to_string(i + 1) + "." + kAxes[axis]);
-    }
-  }
-  for (Index i = 0; position_size(space) > 0 && i < setup.zeros.size(); ++i) {
-    set(list.zero(i), "distance" + std::to_string(i + 1) + ".zero");
-  }
-  for (Index i = 0; position_size(space) == 3 && i < 4; ++i) {
-    set(list.plane() + i, std::string("plane.") + kBed[i]);
-  }
+  std::vector<std::string> names(static_cast<std::size_t>(UnknownList(setup).size()));
+  visit_unknowns(mechanism, setup, [&](Index scalar, const auto& name) {
+    names[static_cast<std::size_t>(scalar)] = name();
+  });
   return names;
 }
 
@@ -246,19 +259,22 @@ RowMatrix Layout::prior_information() const {
 }
 
 void Layout::check(const Mechanism& mechanism, const Setup& setup) const {
-  const std::vector<std::string> names = unknown_names(mechanism, setup);
-  if (column.size() != names.size()) {
+  std::vector<bool> exists(static_cast<std::size_t>(UnknownList(setup).size()), false);
+  visit_unknowns(mechanism, setup, [&](Index scalar, const auto&) {
+    exists[static_cast<std::size_t>(scalar)] = true;
+  });
+  if (column.size() != exists.size()) {
     throw InvalidInput("the layout has " + std::to_string(column.size()) + " scalars; expected " +
-                       std::to_string(names.size()));
+                       std::to_string(exists.size()));
   }
   std::vector<bool> used(static_cast<std::size_t>(columns()), false);
-  for (std::size_t i = 0; i < names.size(); ++i) {
+  for (std::size_t i = 0; i < exists.size(); ++i) {
     if (column[i] < -1 || column[i] >= columns()) {
       throw InvalidInput("scalar " + std::to_string(i) + " moves with column " +
                          std::to_string(column[i]) + "; expected -1 to " +
                          std::to_string(columns() - 1));
     }
-    if (column[i] >= 0 && names[i].empty()) {
+    if (column[i] >= 0 && !exists[i]) {
       throw InvalidInput("scalar " + std::to_string(i) + " does not exist in a " +
                          std::string(to_string(mechanism.pose_space())) + " mechanism");
     }
@@ -271,7 +287,7 @@ void Layout::check(const Mechanism& mechanism, const Setup& setup) const {
   }
   for (const Tie& tie : ties) {
     const auto scalar = static_cast<std::size_t>(tie.scalar);
-    if (scalar >= names.size() || names[scalar].empty() || column[scalar] >= 0 || tie.column < 0 ||
+    if (scalar >= exists.size() || !exists[scalar] || column[scalar] >= 0 || tie.column < 0 ||
         tie.column >= columns() || !std::isfinite(tie.factor)) {
       throw InvalidInput("a tie of scalar " + std::to_string(tie.scalar) + " to column " +
                          std::to_string(tie.column) + " by " + std::to_string(tie.factor) +

@@ -289,7 +289,8 @@ bool LatentProblem::linearise(NormalEquations& equations) {
   if (constraints_.rows() > 0) {
     add_rows(by_steps(constraints_), constraints_ * state_.change, equations);
   }
-  return std::isfinite(equations.cost) && equations.information.allFinite();
+  // Of sums of squares, of which no product is larger.
+  return std::isfinite(equations.cost) && equations.information.diagonal().allFinite();
 }
 
 double LatentProblem::extent_of_pose(const Vector& move) const {
