@@ -141,30 +141,6 @@ class Robots {
 
 }  // namespace
 
-Fleet identify_many(const Mechanism& mechanism, const MeasurementSet& measurements,
-                    const std::vector<Index>& first, const IdentificationOptions& options,
-                    int threads) {
-  const Index rows = measurements.poses.rows();
-  check_poses(mechanism, measurements.poses);
-  check_readings(mechanism, rows, measurements.readings);
-  for (std::size_t i = 0; i < first.size(); ++i) {
-    if (first[i] < (i == 0 ? 0 : first[i - 1]) || first[i] > rows) {
-      throw InvalidInput("the rows of robot " + std::to_string(i) + " begin at row " +
-                         std::to_string(first[i]) + " of " + std::to_string(rows) +
-                         "; expected ascending rows");
-    }
-  }
-  std::vector<MeasuredRobot> robots;
-  for (std::size_t i = 0; i + 1 < first.size(); ++i) {
-    const Index row = first[i];
-    robots.push_back({first[i + 1] - row,
-                      measurements.poses.data() + row * measurements.poses.cols(),
-                      measurements.readings.data() + row * measurements.readings.cols(),
-                      measurements.leg_sets.data() + row});
-  }
-  return identify_many(mechanism, robots, options, threads);
-}
-
 Fleet identify_many(const Mechanism& mechanism, const std::vector<MeasuredRobot>& measured,
                     const IdentificationOptions& options, int threads) {
   options.check();

@@ -21,22 +21,10 @@ struct Fleet {
   std::vector<std::string> failures;  // empty for robots whose every leg converged
 };
 
-// The rows of a MeasurementSet, row by row, that somebody else holds.
-struct MeasuredRobot {
-  Index count;
-  const double* poses;     // count x coordinates
-  const double* readings;  // count x legs
-  const Index* leg_sets;   // count
-};
-
 // Identifies each robot by itself, as `identify` does. One that cannot be identified leaves the
 // others alone; throws InvalidInput for what is wrong with all of them. On several threads (0: all)
 // the result is the same.
 Fleet identify_many(const Mechanism& mechanism, const std::vector<MeasuredRobot>& measured,
                     const IdentificationOptions& options = {}, int threads = 1);
-// Robot i has the rows first[i] to first[i + 1] - 1 of the measurements.
-Fleet identify_many(const Mechanism& mechanism, const MeasurementSet& measurements,
-                    const std::vector<Index>& first, const IdentificationOptions& options = {},
-                    int threads = 1);
 
 }  // namespace symkin

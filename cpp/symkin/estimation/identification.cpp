@@ -33,7 +33,7 @@ void check_measurements(const Mechanism& mechanism, const MeasurementSet& measur
 // The poses and readings that the leg uses.
 void take_data(const Mechanism& mechanism, const MeasurementSet& measurements, Index leg,
                PoseUse use, LegData& data) {
-  rows_of_leg(measurements, leg, use, data.rows);
+  rows_of_leg(MeasuredRobot::of(measurements), mechanism.leg_count(), leg, use, data.rows);
   const auto count = static_cast<Index>(data.rows.size());
   if (count * mechanism.closures() < mechanism.estimated_count(leg)) {
     throw InvalidInput(

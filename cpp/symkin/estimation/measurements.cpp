@@ -5,19 +5,14 @@
 
 namespace symkin {
 
-std::vector<Index> rows_of_leg(const MeasurementSet& measurements, Index leg, PoseUse use) {
-  std::vector<Index> rows;
-  rows_of_leg(measurements, leg, use, rows);
-  return rows;
-}
-
-void rows_of_leg(const MeasurementSet& measurements, Index leg, PoseUse use,
+void rows_of_leg(const MeasuredRobot& measured, Index legs, Index leg, PoseUse use,
                  std::vector<Index>& rows) {
   rows.clear();
-  for (Index i = 0; i < measurements.poses.rows(); ++i) {
-    if (uses(measurements.leg_sets[static_cast<std::size_t>(i)], leg, use) &&
-        std::isfinite(measurements.readings(i, leg))) {
-      rows.push_back(i);
+  for (Index row = 0; row < measured.count; ++row) {
+    const Index set = measured.leg_sets[row];
+    if ((use == PoseUse::all || set == leg || set < 0) &&
+        std::isfinite(measured.readings[row * legs + leg])) {
+      rows.push_back(row);
     }
   }
 }

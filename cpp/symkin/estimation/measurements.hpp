@@ -14,19 +14,27 @@ struct MeasurementSet {
   std::vector<Index> leg_sets;  // N: the leg for which the pose was chosen, 0-based; -1: for all
 };
 
+// The same row by row, held by somebody else.
+struct MeasuredRobot {
+  Index count;
+  const double* poses;     // count x coordinates
+  const double* readings;  // count x legs
+  const Index* leg_sets;   // count
+
+  static MeasuredRobot of(const MeasurementSet& measurements) {
+    return {measurements.poses.rows(), measurements.poses.data(), measurements.readings.data(),
+            measurements.leg_sets.data()};
+  }
+};
+
 // Which of the poses a leg uses.
 enum class PoseUse {
   all,  // every pose at which it was read
   own,  // those chosen for it (the paper's divide and conquer), and those chosen for all legs
 };
 
-// Of a pose with such an entry of `leg_sets`.
-inline bool uses(Index leg_set, Index leg, PoseUse use) {
-  return use == PoseUse::all || leg_set == leg || leg_set < 0;
-}
-
-std::vector<Index> rows_of_leg(const MeasurementSet& measurements, Index leg, PoseUse use);
-void rows_of_leg(const MeasurementSet& measurements, Index leg, PoseUse use,
+// The rows that a leg uses, ascending; the robot has so many legs.
+void rows_of_leg(const MeasuredRobot& measured, Index legs, Index leg, PoseUse use,
                  std::vector<Index>& rows);
 
 }  // namespace symkin

@@ -12,34 +12,27 @@ namespace {
 
 constexpr Index kRobots = 70;
 
-struct Made {
-  std::vector<MeasurementSet> robots;
-  MeasurementSet all;
-  std::vector<Index> first{0};
-};
-
-// Robots measured at 36 poses, a third of them for each leg.
-Made robots(const Mechanism& nominal) {
+// Measured at 36 poses, a third of them for each leg.
+std::vector<MeasurementSet> robots(const Mechanism& nominal) {
   const RowMatrix poses = sample_workspace(nominal, testing::paper_workspace(), 40, 11).poses;
-  Made made;
-  made.all.poses.resize(36 * kRobots, 3);
-  made.all.readings.resize(36 * kRobots, 3);
-  for (Index robot = 0; robot < kRobots; ++robot) {
-    const auto seed = static_cast<std::uint64_t>(robot);
-    MeasurementSet measured = simulate(disturb(nominal, Tolerances{1e-3, 1e-3, 1e-3}, seed),
-                                       nominal, {{-1, poses, 36}}, MeasurementNoise{}, seed)
-                                  .measurements;
+  std::vector<MeasurementSet> robots;
+  for (std::uint64_t seed = 0; seed < kRobots; ++seed) {
+    robots.push_back(simulate(disturb(nominal, Tolerances{1e-3, 1e-3, 1e-3}, seed), nominal,
+                              {{-1, poses, 36}}, MeasurementNoise{}, seed)
+                         .measurements);
     for (std::size_t row = 0; row < 36; ++row) {
-      measured.leg_sets[row] = static_cast<Index>(row % 3);
+      robots.back().leg_sets[row] = static_cast<Index>(row % 3);
     }
-    made.all.poses.middleRows(36 * robot, 36) = measured.poses;
-    made.all.readings.middleRows(36 * robot, 36) = measured.readings;
-    made.all.leg_sets.insert(made.all.leg_sets.end(), measured.leg_sets.begin(),
-                             measured.leg_sets.end());
-    made.first.push_back(36 * (robot + 1));
-    made.robots.push_back(std::move(measured));
   }
-  return made;
+  return robots;
+}
+
+std::vector<MeasuredRobot> measured(const std::vector<MeasurementSet>& robots) {
+  std::vector<MeasuredRobot> all;
+  for (const MeasurementSet& robot : robots) {
+    all.push_back(MeasuredRobot::of(robot));
+  }
+  return all;
 }
 
 void expect_as_alone(const Fleet& fleet, Index robot, const Identification& alone) {
@@ -71,18 +64,18 @@ void expect_as_alone(const Fleet& fleet, Index robot, const Identification& alon
 // A fleet is fitted by the library's own steps, a robot alone by Ceres.
 TEST(Fleet, HasARowForEachRobotAsItIsIdentifiedAlone) {
   const Mechanism nominal = testing::paper_3rrr();
-  const Made made = robots(nominal);
+  const std::vector<MeasurementSet> made = robots(nominal);
   for (const Estimator estimator : {Estimator::implicit, Estimator::inverse, Estimator::paper}) {
     for (const PoseUse use : {PoseUse::own, PoseUse::all}) {
       IdentificationOptions options;
       options.estimator = estimator;
       options.use = use;
-      const Fleet fleet = identify_many(nominal, made.all, made.first, options, 2);
-      const Fleet again = identify_many(nominal, made.all, made.first, options, 1);
+      const Fleet fleet = identify_many(nominal, measured(made), options, 2);
+      const Fleet again = identify_many(nominal, measured(made), options, 1);
       EXPECT_EQ(fleet.parameters, again.parameters);
       for (const Index robot : {Index{0}, Index{33}, kRobots - 1}) {
         expect_as_alone(fleet, robot,
-                        identify(nominal, made.robots[static_cast<std::size_t>(robot)], options));
+                        identify(nominal, made[static_cast<std::size_t>(robot)], options));
       }
     }
   }
@@ -90,19 +83,18 @@ TEST(Fleet, HasARowForEachRobotAsItIsIdentifiedAlone) {
 
 TEST(Fleet, WithALossHasARowForEachRobotAsItIsIdentifiedAlone) {
   const Mechanism nominal = testing::paper_3rrr();
-  Made made = robots(nominal);
+  std::vector<MeasurementSet> made = robots(nominal);
   for (const Index robot : {Index{3}, Index{33}}) {
-    made.all.poses(36 * robot + 7, 0) += 0.003;
-    made.robots[static_cast<std::size_t>(robot)].poses(7, 0) += 0.003;
+    made[static_cast<std::size_t>(robot)].poses(7, 0) += 0.003;
   }
   for (const Estimator estimator : {Estimator::implicit, Estimator::inverse}) {
     IdentificationOptions options;
     options.estimator = estimator;
     options.loss = loss_named("cauchy");
-    const Fleet fleet = identify_many(nominal, made.all, made.first, options, 2);
+    const Fleet fleet = identify_many(nominal, measured(made), options, 2);
     for (const Index robot : {Index{0}, Index{3}, Index{33}}) {
       const auto i = static_cast<std::size_t>(robot);
-      const Identification alone = identify(nominal, made.robots[i], options);
+      const Identification alone = identify(nominal, made[i], options);
       expect_as_alone(fleet, robot, alone);
       EXPECT_TRUE(robot == 0 || fleet.rejected[robot] > 0);
       EXPECT_EQ(fleet.student_degrees(robot, 1), 36 - 8);
@@ -134,7 +126,6 @@ TEST(Fleet, OfOtherChainsAndDifferentCountsHasARowForEachRobotAsItIsIdentifiedAl
         options.noise = {1e-4, 1e-4, 1e-5};
         options.loss = loss_named(loss);
         std::vector<MeasurementSet> robots;
-        std::vector<MeasuredRobot> measured;
         for (Index robot = 0; robot < 6; ++robot) {
           const auto seed = static_cast<std::uint64_t>(robot);
           robots.push_back(simulate(disturb(nominal, Tolerances{1e-3, 1e-3, 1e-3}, seed), nominal,
@@ -142,11 +133,7 @@ TEST(Fleet, OfOtherChainsAndDifferentCountsHasARowForEachRobotAsItIsIdentifiedAl
                                     {noisier * 1e-4, noisier * 1e-4, noisier * 1e-5}, seed)
                                .measurements);
         }
-        for (const MeasurementSet& robot : robots) {
-          measured.push_back({robot.poses.rows(), robot.poses.data(), robot.readings.data(),
-                              robot.leg_sets.data()});
-        }
-        const Fleet fleet = identify_many(nominal, measured, options);
+        const Fleet fleet = identify_many(nominal, measured(robots), options);
         for (Index robot = 0; robot < 6; ++robot) {
           expect_as_alone(fleet, robot,
                           identify(nominal, robots[static_cast<std::size_t>(robot)], options));
@@ -158,18 +145,13 @@ TEST(Fleet, OfOtherChainsAndDifferentCountsHasARowForEachRobotAsItIsIdentifiedAl
 
 TEST(Fleet, IsTheSameWhoeverARobotIsFittedBesideOf) {
   const Mechanism nominal = testing::paper_3rrr();
-  Made made = robots(nominal);
-  made.all.poses(36 * 5 + 7, 0) += 0.003;  // robot 5 takes more steps than the others
+  std::vector<MeasurementSet> made = robots(nominal);
+  made[5].poses(7, 0) += 0.003;  // takes more steps than the others
   const IdentificationOptions options;
-  const auto measured = [&](Index robot) {
-    return MeasuredRobot{36, made.all.poses.row(36 * robot).data(),
-                         made.all.readings.row(36 * robot).data(),
-                         made.all.leg_sets.data() + 36 * robot};
-  };
-  const Fleet four =
-      identify_many(nominal, {measured(3), measured(4), measured(5), measured(6)}, options);
+  const std::vector<MeasuredRobot> all = measured(made);
+  const Fleet four = identify_many(nominal, {all[3], all[4], all[5], all[6]}, options);
   for (const Index robot : {Index{3}, Index{4}, Index{5}, Index{6}}) {
-    const Fleet one = identify_many(nominal, {measured(robot)}, options);
+    const Fleet one = identify_many(nominal, {all[static_cast<std::size_t>(robot)]}, options);
     EXPECT_EQ(four.parameters.row(robot - 3), one.parameters.row(0));
     EXPECT_EQ(four.deviations.row(robot - 3), one.deviations.row(0));
     EXPECT_EQ(four.chi_square.row(robot - 3), one.chi_square.row(0));
@@ -178,24 +160,17 @@ TEST(Fleet, IsTheSameWhoeverARobotIsFittedBesideOf) {
 
 TEST(Fleet, SaysOfARobotThatFailedWhyAndLeavesTheOthersAlone) {
   const Mechanism nominal = testing::paper_3rrr();
-  Made made = robots(nominal);
+  std::vector<MeasurementSet> made = robots(nominal);
   IdentificationOptions options;
-  const Fleet sound = identify_many(nominal, made.all, made.first, options);
-  made.all.readings.block(36, 1, 36, 1).setConstant(0.3);                    // robot 1
-  made.all.poses(2 * 36 + 5, 0) = std::numeric_limits<double>::quiet_NaN();  // robot 2
-  const Fleet fleet = identify_many(nominal, made.all, made.first, options);
+  const Fleet sound = identify_many(nominal, measured(made), options);
+  made[1].readings.col(1).setConstant(0.3);
+  made[2].poses(5, 0) = std::numeric_limits<double>::quiet_NaN();
+  const Fleet fleet = identify_many(nominal, measured(made), options);
   EXPECT_NE(fleet.failures[1].find("leg 2 do not show all"), std::string::npos);
   EXPECT_NE(fleet.failures[2].find("not finite"), std::string::npos);
   EXPECT_TRUE(fleet.parameters.middleRows(1, 2).array().isNaN().all());
   EXPECT_EQ(fleet.parameters.row(0), sound.parameters.row(0));
   EXPECT_EQ(fleet.parameters.bottomRows(kRobots - 3), sound.parameters.bottomRows(kRobots - 3));
-}
-
-TEST(Fleet, RefusesRowsThatAreNot) {
-  const Mechanism nominal = testing::paper_3rrr();
-  const Made made = robots(nominal);
-  EXPECT_THROW(identify_many(nominal, made.all, {0, 36, 30}), InvalidInput);
-  EXPECT_THROW(identify_many(nominal, made.all, {0, 36 * kRobots + 1}), InvalidInput);
 }
 
 }  // namespace

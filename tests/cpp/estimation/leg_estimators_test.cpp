@@ -45,12 +45,10 @@ std::vector<Case> cases() {
 }
 
 LegData leg_data(const Mechanism& mechanism, const MeasurementSet& measured, Index leg) {
-  return {mechanism.model(leg),
-          mechanism.leg(leg).working_mode,
-          rows_of_leg(measured, leg, PoseUse::all),
-          measured.poses,
-          measured.readings.col(leg),
-          mechanism.estimated_parameters(leg)};
+  LegData data{mechanism.model(leg),       mechanism.leg(leg).working_mode,    {}, measured.poses,
+               measured.readings.col(leg), mechanism.estimated_parameters(leg)};
+  rows_of_leg(MeasuredRobot::of(measured), mechanism.leg_count(), leg, PoseUse::all, data.rows);
+  return data;
 }
 
 MeasurementSet measure(const Case& robot, const MeasurementNoise& noise, int gross) {
@@ -72,8 +70,7 @@ LegEstimate fit(const LegData& data, const Vector& start, const IdentificationOp
 
 LegFit fit_in_lanes(const Mechanism& nominal, const MeasurementSet& measured,
                     const IdentificationOptions& options) {
-  const MeasuredRobot robot{measured.poses.rows(), measured.poses.data(), measured.readings.data(),
-                            measured.leg_sets.data()};
+  const MeasuredRobot robot = MeasuredRobot::of(measured);
   LegFits legs(nominal, 1, options);
   legs.fit(&robot, 1);
   return legs.of(0);

@@ -104,7 +104,7 @@ void LegFits::take(const MeasuredRobot* robots, Index count) {
   count_ = count;
   rows_.count = 1;
   for (Index lane = 0; lane < count; ++lane) {
-    choose_rows(robots[lane], chosen_[place(lane)]);
+    rows_of_leg(robots[lane], mechanism_.leg_count(), leg_, options_.use, chosen_[place(lane)]);
     rows_.count = std::max(rows_.count, static_cast<Index>(chosen_[place(lane)].size()));
   }
   const Index width = rows_.parameters + rows_.dof + 2;
@@ -149,16 +149,6 @@ void LegFits::take(const MeasuredRobot& robot, const std::vector<Index>& rows, I
     *present = i < there ? 1 : 0;
     reading += lanes_;
     present += lanes_;
-  }
-}
-
-void LegFits::choose_rows(const MeasuredRobot& robot, std::vector<Index>& rows) const {
-  rows.clear();
-  for (Index row = 0; row < robot.count; ++row) {
-    if (uses(robot.leg_sets[row], leg_, options_.use) &&
-        std::isfinite(robot.readings[row * mechanism_.leg_count() + leg_])) {
-      rows.push_back(row);
-    }
   }
 }
 
@@ -318,8 +308,7 @@ RowMatrix parameters_of(const std::vector<LegFits>& legs, Index robot) {
 
 RowMatrix joint_start(const Mechanism& mechanism, const MeasurementSet& measurements,
                       const IdentificationOptions& options) {
-  const MeasuredRobot robot{measurements.poses.rows(), measurements.poses.data(),
-                            measurements.readings.data(), measurements.leg_sets.data()};
+  const MeasuredRobot robot = MeasuredRobot::of(measurements);
   std::vector<LegFits> legs;
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
     legs.emplace_back(mechanism, leg, options).fit(&robot, 1);

@@ -63,7 +63,6 @@ class LegFits {
 
   void take(const MeasuredRobot* robots, Index count);
   void take(const MeasuredRobot& robot, const std::vector<Index>& rows, Index lane);
-  void choose_rows(const MeasuredRobot& robot, std::vector<Index>& rows) const;
   void solve(const BlockLoss* loss, const std::vector<bool>& which);
   void solve_from_two(const BlockLoss& loss);
   void linearise();

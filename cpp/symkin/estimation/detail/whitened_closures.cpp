@@ -16,8 +16,10 @@ std::vector<WhitenedPose> poses_with_legs(const MeasurementSet& measurements,
                                           const std::vector<Index>& legs, PoseUse use,
                                           Index closures) {
   std::vector<std::vector<Index>> read(static_cast<std::size_t>(measurements.poses.rows()));
+  std::vector<Index> rows;
   for (const Index leg : legs) {
-    for (const Index row : rows_of_leg(measurements, leg, use)) {
+    rows_of_leg(MeasuredRobot::of(measurements), measurements.readings.cols(), leg, use, rows);
+    for (const Index row : rows) {
       read[static_cast<std::size_t>(row)].push_back(leg);
     }
   }
