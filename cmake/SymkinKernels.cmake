@@ -4,6 +4,22 @@ include(CheckCXXCompilerFlag)
 check_cxx_compiler_flag(-mavx2 SYMKIN_COMPILER_HAS_AVX2)
 check_cxx_compiler_flag(-mavx512f SYMKIN_COMPILER_HAS_AVX512)
 
+# The last kind of symkin/support/processor.hpp that this machine has, where kernels are for it alone.
+set(SYMKIN_PROCESSOR "")
+if(NOT SYMKIN_ALL_PROCESSORS AND NOT CMAKE_CROSSCOMPILING)
+  include(CheckCXXSourceRuns)
+  foreach(kind avx2 avx512)
+    string(TOUPPER ${kind} upper)
+    string(REPLACE avx512 avx512f feature ${kind})
+    check_cxx_source_runs(
+      "int main() { return __builtin_cpu_supports(\"${feature}\") ? 0 : 1; }" SYMKIN_PROCESSOR_HAS_${upper}
+    )
+    if(SYMKIN_COMPILER_HAS_${upper} AND SYMKIN_PROCESSOR_HAS_${upper})
+      set(SYMKIN_PROCESSOR ${kind})
+    endif()
+  endforeach()
+endif()
+
 # symkin_add_kernels(
 #   <library> [NAME <of these, where a library has several>] PROCESSORS <avx2 or avx512>...
 #   SOURCES <file>... LIBRARIES <target>...
@@ -14,7 +30,8 @@ check_cxx_compiler_flag(-mavx512f SYMKIN_COMPILER_HAS_AVX512)
 # its own processor has (symkin/support/processor.hpp). Sources see SYMKIN_COMPILES_<KIND>, and those
 # that run everywhere SYMKIN_HAS_<KIND> for what there is beside them. What is compiled for a kind
 # shares no function with the rest: tests/cpp/support/shared_symbols.cmake. Fused multiplications stay
-# off, so that results do not depend on the processor.
+# off, so that results do not depend on the processor. Without SYMKIN_ALL_PROCESSORS this machine's
+# kinds alone are compiled: of what runs everywhere nothing is left but the way to them.
 function(symkin_add_kernels library)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "NAME" "PROCESSORS;SOURCES;LIBRARIES")
   set(flags_avx2 -mavx2)
@@ -37,7 +54,7 @@ function(symkin_add_kernels library)
     string(TOUPPER ${kind} upper)
     if(kind STREQUAL everywhere)
       set(name ${plain})
-    elseif(SYMKIN_COMPILER_HAS_${upper})
+    elseif(SYMKIN_COMPILER_HAS_${upper} AND (NOT SYMKIN_PROCESSOR OR SYMKIN_PROCESSOR_HAS_${upper}))
       set(name ${own}_${kind})
     else()
       continue()
@@ -52,6 +69,9 @@ function(symkin_add_kernels library)
     target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR}/cpp)
     target_link_libraries(${name} PRIVATE ${arg_LIBRARIES})
     target_sources(${library} PRIVATE $<TARGET_OBJECTS:${name}>)
+    if(SYMKIN_PROCESSOR AND kind STREQUAL everywhere)
+      target_compile_definitions(${name} PRIVATE SYMKIN_PROCESSOR=${SYMKIN_PROCESSOR})
+    endif()
     if(NOT kind STREQUAL everywhere)
       # Optimised in any case: what is not inlined could be shared.
       target_compile_options(${name} PRIVATE -O3 ${flags_${kind}})

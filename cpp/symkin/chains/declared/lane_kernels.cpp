@@ -278,12 +278,12 @@ const DeclaredKernels* declared_kernels_avx512();
 const DeclaredKernels& declared_kernels([[maybe_unused]] Index count) {
 #ifdef SYMKIN_HAS_AVX512
   constexpr Index kFew = 4;  // which wider lanes would not do faster
-  if (count > kFew && processor() >= Processor::avx512) {
+  if (count > kFew && processor_has(Processor::avx512)) {
     return *declared_kernels_avx512();
   }
 #endif
 #ifdef SYMKIN_HAS_AVX2
-  if (processor() >= Processor::avx2) {
+  if (processor_has(Processor::avx2)) {
     return *declared_kernels_avx2();
   }
 #endif

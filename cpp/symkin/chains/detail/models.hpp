@@ -28,11 +28,13 @@ Models models(ChainList<Legs...> /*chains*/, const LegKernels* kernels) {
 // The models of a family, on the kernels for AVX2 where the processor has it.
 template <typename Chains>
 Models family_models([[maybe_unused]] const LegKernels* for_avx2) {
-  const LegKernels* kernels = family_kernels<Scalar<xsimd::default_arch>, Chains>();
+  using Legs = decltype(with_points(Chains()));
 #ifdef SYMKIN_HAS_AVX2
-  kernels = processor() >= Processor::avx2 ? for_avx2 : kernels;
+  if (processor_has(Processor::avx2)) {
+    return models(Legs(), for_avx2);
+  }
 #endif
-  return models(decltype(with_points(Chains()))(), kernels);
+  return models(Legs(), family_kernels<Scalar<xsimd::default_arch>, Chains>());
 }
 
 }  // namespace symkin::chains

@@ -3,33 +3,20 @@
 
 #include <algorithm>
 
-#define SYMKIN_INLINE [[gnu::always_inline]] static inline
+#include "symkin/support/registers.hpp"
 
 namespace symkin::design::detail {
 namespace {
 
-#if defined(SYMKIN_COMPILES_AVX512)
-constexpr Index kRegister = 64;  // bytes
-#elif defined(SYMKIN_COMPILES_AVX2)
-constexpr Index kRegister = 32;
-#else
-constexpr Index kRegister = 16;
-#endif
+using namespace registers;
 
 // Candidates side by side in a register, a group of them at a time so that each coefficient is
 // loaded once for all.
 struct Wide {
-  static constexpr Index kLanes = kRegister / 8;
-  using Lanes [[gnu::vector_size(8 * kLanes), gnu::aligned(8), gnu::may_alias]] = double;
   static constexpr Index kParts = kGroup / kLanes;
   // So many vectors at once, and parts of a group with them: their sums fill the registers.
   static constexpr Index kTogether = 6;
-  static constexpr Index kStrip = kRegister == 64 ? 4 : 2;
-
-  SYMKIN_INLINE const Lanes* load(const double* values) {
-    return reinterpret_cast<const Lanes*>(values);
-  }
-  SYMKIN_INLINE Lanes* store(double* values) { return reinterpret_cast<Lanes*>(values); }
+  static constexpr Index kStrip = kLanes == 8 ? 4 : 2;
 
   // sum[k] = sum over `size` columns of coefficient[c] * column c.
   template <Index kCount>
@@ -355,12 +342,12 @@ ProductKernels product_kernels_avx512();
 const ProductKernels& product_kernels() {
   static const ProductKernels kernels = [] {
 #ifdef SYMKIN_HAS_AVX512
-    if (processor() >= Processor::avx512) {
+    if (processor_has(Processor::avx512)) {
       return product_kernels_avx512();
     }
 #endif
 #ifdef SYMKIN_HAS_AVX2
-    if (processor() >= Processor::avx2) {
+    if (processor_has(Processor::avx2)) {
       return product_kernels_avx2();
     }
 #endif

@@ -318,7 +318,7 @@ const LaneKernels* lane_kernels_avx2();
 
 const LaneKernels& lane_kernels() {
 #ifdef SYMKIN_HAS_AVX2
-  if (processor() >= Processor::avx2) {
+  if (processor_has(Processor::avx2)) {
     return *lane_kernels_avx2();
   }
 #endif

@@ -61,7 +61,7 @@ const LatentKernels* latent_kernels_avx2();
 
 const LatentKernels& latent_kernels() {
 #ifdef SYMKIN_HAS_AVX2
-  if (processor() >= Processor::avx2) {
+  if (processor_has(Processor::avx2)) {
     return *latent_kernels_avx2();
   }
 #endif

@@ -2,30 +2,17 @@
 #include "symkin/statistics/detail/largest_kernels.hpp"
 
 #include "symkin/support/processor.hpp"
-
-#define SYMKIN_INLINE [[gnu::always_inline]] static inline
+#include "symkin/support/registers.hpp"
 
 namespace symkin::detail {
 namespace {
 
-#if defined(SYMKIN_COMPILES_AVX512)
-constexpr Index kLanes = 8;
-#elif defined(SYMKIN_COMPILES_AVX2)
-constexpr Index kLanes = 4;
-#else
-constexpr Index kLanes = 2;
-#endif
+using namespace registers;
 
 // Draws side by side in a register.
 struct Wide {
-  using Lanes [[gnu::vector_size(8 * kLanes), gnu::aligned(8), gnu::may_alias]] = double;
   // Registers of draws at once: with three rows their sums nearly fill what there are.
   static constexpr Index kParts = kLanes == 8 ? 8 : 4;
-
-  SYMKIN_INLINE const Lanes* load(const double* values) {
-    return reinterpret_cast<const Lanes*>(values);
-  }
-  SYMKIN_INLINE Lanes* store(double* values) { return reinterpret_cast<Lanes*>(values); }
 
   // Adds the squares of kRows rows.
   template <Index kRows>
@@ -88,12 +75,12 @@ FindLargest find_largest_avx512();
 
 FindLargest find_largest() {
 #ifdef SYMKIN_HAS_AVX512
-  if (processor() >= Processor::avx512) {
+  if (processor_has(Processor::avx512)) {
     return find_largest_avx512();
   }
 #endif
 #ifdef SYMKIN_HAS_AVX2
-  if (processor() >= Processor::avx2) {
+  if (processor_has(Processor::avx2)) {
     return find_largest_avx2();
   }
 #endif
