@@ -170,11 +170,22 @@ class Rows:
         """How many standard deviations of noise as declared there are of a column alone."""
         return -float(np.sum(column * self.residual)) / self.length(column)
 
+    def dropped(self, columns: Sequence[Array]) -> float:
+        """How much of the residuals' square what is left of columns explains, never more than all.
+
+        Far from the estimate, where the rest is what priors ask for, one step explains anything.
+        """
+        left = np.column_stack([self.left(each).ravel() for each in columns])
+        left = left / np.linalg.norm(left, axis=0)
+        fitted, *_ = np.linalg.lstsq(left, self.residual.ravel(), rcond=1e-8)
+        return float(np.square(left @ fitted).sum())
+
     def explained(self, columns: Sequence[Array]) -> Explained:
         """By columns together, which may be of very different lengths, or alike."""
         stacked = np.stack(columns)
         shared = np.einsum("anr,bnr->ab", stacked, np.stack([self.left(each) for each in stacked]))
-        unit = 1 / np.sqrt(np.diag(shared))
+        square = np.diag(shared)
+        unit = np.where(square > 0, 1 / np.sqrt(np.where(square > 0, square, 1.0)), 0.0)
         both = unit[:, None] * unit
         inverse = np.linalg.pinv(shared * both, rcond=_ALIKE, hermitian=True) * both
         along = -np.einsum("anr,nr->a", stacked, self.residual)
@@ -194,10 +205,10 @@ def change_tests(found: Found, apart: Sequence[int] = ()) -> tuple[ChangeTest, .
         return ()
     if rows is None or rows.spare < 1:
         return ()
-    terms = list(terms_of_changes(found, rows))
+    terms = [each for each in terms_of_changes(found, rows) if each.length > 0]
     if not terms:
         return ()
-    square = rows.square
+    square = float(np.square(rows.residual).sum())
     drops = {each.kind: _drop(rows, terms, each.kind) for each in terms}
     drop, count = max(drops.values())
     most = drop  # what legs do as they come to rest looks a little like a lag
@@ -242,7 +253,7 @@ def usual(square: float, degrees: int) -> bool:
 def _drop(rows: Rows, terms: Sequence[Term], kind: tuple[str, bool]) -> tuple[float, int]:
     """How much of chi-square all terms of a kind explain together, and how many they are."""
     own = [each.column for each in terms if each.kind == kind]
-    return rows.explained(own).drop, len(own)
+    return rows.dropped(own), len(own)
 
 
 def terms_of_changes(found: Found, rows: Rows) -> Iterator[Term]:

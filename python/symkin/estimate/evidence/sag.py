@@ -42,8 +42,8 @@ def doubts_of_sag(
     columns = columns_of_sag(found, rows)
     if not columns:
         return
-    square = rows.square
-    drop = rows.explained([*columns.values()]).drop
+    square = float(np.square(rows.residual).sum())
+    drop = rows.dropped([*columns.values()])
     spare = rows.spare - len(columns)
     scale = np.sqrt(max((square - drop) / max(spare, 1), 1.0))
     scores = {name: rows.score(column) / scale for name, column in columns.items()}
