@@ -334,7 +334,8 @@ def _step(numbers: NDArray[np.intp], rows: Rows, of: str, leg: int, one: Array) 
     column = np.where(np.arange(len(one))[:, None] < step, -one, 0.0)
     row = int(numbers[rows.order[step]])
     length = rows.length(column)
-    yield Term("step", of, leg, row, column, length, lambda u: largest_of_steps(u, alike))
+    if length > _SILENT * np.linalg.norm(column):  # else a step there is unknown already
+        yield Term("step", of, leg, row, column, length, lambda u: largest_of_steps(u, alike))
 
 
 def step_scores(one: Array, basis: Array, residual: Array) -> tuple[NDArray[np.intp], Array, Array]:
