@@ -20,27 +20,41 @@ LatentPoses::LatentPoses(const Mechanism& mechanism, const Observations& observa
     : mechanism_(mechanism),
       observations_(observations),
       list_(setup),
-      width_(mechanism.parameter_count()),
+      own_(mechanism.parameter_count()),
+      own_free_(at_index(mechanism.leg_count())),
       column_count_(layout.columns()),
       directions_(factors::kOwn),
-      legs_(at_index(mechanism.leg_count())),
+      legs_(own_free_.size()),
+      by_free_(legs_.size()),
       of_legs_(legs_.size()) {
-  const auto column = [&](Index scalar) { return layout.column[at_index(scalar)]; };
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
     for (Index i = 0; i < UnknownList::kCurvature; ++i) {
       if (layout.is_free(list_.curvature(leg) + i)) {
         curved_ = true;
-        width_ = mechanism.parameter_count() + UnknownList::kCurvature;
+        own_ = mechanism.parameter_count() + UnknownList::kCurvature;
       }
     }
   }
-  const Index own = list_.leg(1);  // before the slopes
+  const Index before = list_.leg(1);  // the slopes
   if (observations.leg_covariates.cols() > 0) {
-    width_ = own + setup.leg_slopes.cols();
+    own_ = before + setup.leg_slopes.cols();
+  }
+  const auto scalar_of = [&](Index leg, Index i) {
+    return i < before ? list_.leg(leg) + i : list_.leg_slope(leg) + i - before;
+  };
+  for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
+    std::vector<Index>& own = own_free_[at_index(leg)];
+    for (Index i = 0; i < own_; ++i) {
+      if (layout.is_free(scalar_of(leg, i))) {
+        own.push_back(i);
+      }
+    }
+    width_ = std::max(width_, static_cast<Index>(own.size()));
   }
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
-    for (Index i = 0; i < width_; ++i) {
-      free_.push_back(i < own ? list_.leg(leg) + i : list_.leg_slope(leg) + i - own);
+    const std::vector<Index>& own = own_free_[at_index(leg)];
+    for (std::size_t i = 0; i < at_index(width_); ++i) {
+      free_.push_back(i < own.size() ? scalar_of(leg, own[i]) : -1);
     }
   }
   for (Index scalar = list_.base(); scalar < list_.size(); ++scalar) {
@@ -52,9 +66,6 @@ LatentPoses::LatentPoses(const Mechanism& mechanism, const Observations& observa
       const bool single = scalar >= list_.point(0) && scalar < list_.base_slope(0);
       directions_ = std::max(directions_, single ? factors::kBase : factors::kDirections);
     }
-  }
-  for (const Index scalar : free_) {
-    columns_.push_back(column(scalar));
   }
   tie(layout);
   plan_ = planned_rows(mechanism, observations, setup, directions_ < factors::kDirections);
@@ -69,18 +80,16 @@ LatentPoses::LatentPoses(const Mechanism& mechanism, const Observations& observa
 }
 
 void LatentPoses::tie(const Layout& layout) {
-  if (layout.ties.empty()) {
-    return;
-  }
-  by_columns_.setZero(static_cast<Index>(free_.size()), column_count_);
-  for (Index i = 0; i < by_columns_.rows(); ++i) {
-    const Index column = columns_[at_index(i)];
+  shares_.resize(free_.size());
+  for (std::size_t i = 0; i < free_.size(); ++i) {
+    shares_[i].clear();
+    const Index column = free_[i] < 0 ? -1 : layout.column[at_index(free_[i])];
     if (column >= 0) {
-      by_columns_(i, column) = 1;
+      shares_[i].push_back({column, 1});
     }
     for (const Tie& tie : layout.ties) {
-      if (tie.scalar == free_[at_index(i)]) {
-        by_columns_(i, tie.column) += tie.factor;
+      if (tie.scalar == free_[i]) {
+        shares_[i].push_back({tie.column, tie.factor});
       }
     }
   }
@@ -115,7 +124,7 @@ void LatentPoses::set_places() {
 LatentRows LatentPoses::kernel_rows(const double* errors) {
   for (std::size_t leg = 0; leg < of_legs_.size(); ++leg) {
     const ClosureRows& rows = legs_[leg];
-    of_legs_[leg] = {rows.closure.data(), rows.by_parameters.data(), rows.by_pose.data(),
+    of_legs_[leg] = {rows.closure.data(), by_free_[leg].data(), rows.by_pose.data(),
                      rows.by_reading.data()};
   }
   return {observations_.count(),
@@ -189,9 +198,9 @@ void LatentPoses::linearise_leg(const Setup& setup, const RowMatrix& poses, cons
   } else {
     linearise_growing(model, own_parameters_, growths, poses, shown, rows);
   }
-  if (width_ > parameters) {
-    rows.by_parameters.conservativeResize(Eigen::NoChange, width_);
-    rows.by_parameters.rightCols(width_ - parameters).setZero();
+  if (own_ > parameters) {
+    rows.by_parameters.conservativeResize(Eigen::NoChange, own_);
+    rows.by_parameters.rightCols(own_ - parameters).setZero();
   }
   if (curved) {
     const CurvedSensor sensor = setup.sensor(leg);
@@ -201,7 +210,7 @@ void LatentPoses::linearise_leg(const Setup& setup, const RowMatrix& poses, cons
       const double by_joint = rows.by_reading[at] / sensor.straight.gain;
       const auto by_sensor = CurvedSensor::by_parameters(psi);
       rows.by_reading[at] = by_joint * sensor.by_reading(psi);
-      for (Index i = geometry; i < std::min(width_, list_.leg(1)); ++i) {
+      for (Index i = geometry; i < std::min(own_, list_.leg(1)); ++i) {
         rows.by_parameters(at, i) = by_joint * by_sensor[at_index(i - geometry)];
       }
     }
@@ -219,6 +228,19 @@ void LatentPoses::linearise_leg(const Setup& setup, const RowMatrix& poses, cons
       rows.by_parameters.middleRows(i * closures, closures).setZero();
       rows.by_pose.middleRows(i * closures, closures).setZero();
       rows.by_reading.segment(i * closures, closures).setZero();
+    }
+  }
+  keep_free(leg);
+}
+
+void LatentPoses::keep_free(Index leg) {
+  const RowMatrix& by_own = legs_[at_index(leg)].by_parameters;
+  const std::vector<Index>& own = own_free_[at_index(leg)];
+  RowMatrix& by_free = by_free_[at_index(leg)];
+  by_free.setZero(by_own.rows(), width_);
+  for (Index row = 0; row < by_own.rows(); ++row) {
+    for (std::size_t i = 0; i < own.size(); ++i) {
+      by_free(row, static_cast<Index>(i)) = by_own(row, own[i]);
     }
   }
 }
@@ -267,7 +289,7 @@ void LatentPoses::add_covariates(const Setup& setup, const Vector& growths, Inde
           setup.leg_covariates[k].of == LegCovariate::Of::reading
               ? -rows.by_reading[at]
               : rows.by_parameters.row(at).head(lengths.size()).dot(lengths) / (1 + growths[pose]);
-      rows.by_parameters(at, width_ - static_cast<Index>(setup.leg_covariates.size()) + column) =
+      rows.by_parameters(at, own_ - static_cast<Index>(setup.leg_covariates.size()) + column) =
           covariate * by_shift;
     }
   }
@@ -305,32 +327,20 @@ void LatentPoses::eliminate(const Setup& setup, const RowMatrix& poses, const Ro
 }
 
 void LatentPoses::add_to(NormalEquations& equations, const Vector& weights) {
-  const auto size = static_cast<Index>(columns_.size());
+  const auto size = static_cast<Index>(free_.size());
   RowMatrix information(size, size);
   Vector gradient(size);
   latent_kernels().add(kernel_rows(nullptr), weights.data(), information.data(), gradient.data());
-  if (by_columns_.size() > 0) {
-    for (Index i = 0; i < size; ++i) {
-      for (Index j = 0; j < i; ++j) {
-        information(j, i) = information(i, j);
-      }
-    }
-    equations.gradient += by_columns_.transpose() * gradient;
-    equations.information += product(by_columns_.transpose(), product(information, by_columns_));
-    return;
-  }
   for (Index i = 0; i < size; ++i) {
-    const Index row = columns_[at_index(i)];
-    if (row < 0) {
-      continue;
-    }
-    equations.gradient[row] += gradient[i];
-    for (Index j = 0; j <= i; ++j) {
-      const Index column = columns_[at_index(j)];
-      if (column >= 0) {
-        equations.information(row, column) += information(i, j);
-        if (j < i) {
-          equations.information(column, row) += information(i, j);
+    for (const Share& row : shares_[at_index(i)]) {
+      equations.gradient[row.column] += row.factor * gradient[i];
+      for (Index j = 0; j <= i; ++j) {
+        for (const Share& column : shares_[at_index(j)]) {
+          const double value = row.factor * column.factor * information(i, j);
+          equations.information(row.column, column.column) += value;
+          if (j < i) {
+            equations.information(column.column, row.column) += value;
+          }
         }
       }
     }
@@ -338,13 +348,11 @@ void LatentPoses::add_to(NormalEquations& equations, const Vector& weights) {
 }
 
 void LatentPoses::move(const Vector& d, RowMatrix& tangents, RowMatrix& errors) {
-  Vector step(static_cast<Index>(columns_.size()));
+  Vector step = Vector::Zero(static_cast<Index>(free_.size()));
   for (Index i = 0; i < step.size(); ++i) {
-    const Index column = columns_[at_index(i)];
-    step[i] = column < 0 ? 0 : d[column];
-  }
-  if (by_columns_.size() > 0) {
-    step = by_columns_ * d;
+    for (const Share& share : shares_[at_index(i)]) {
+      step[i] += share.factor * d[share.column];
+    }
   }
   tangents.resize(observations_.count(), mechanism_.dof());
   errors.resize(observations_.count(), mechanism_.leg_count());
@@ -381,13 +389,10 @@ LinearPose LatentPoses::rows(Index pose) const {
     const Index width = closure ? width_ : shared_;
     const Index first = closure ? origin.index * width_ : mechanism_.leg_count() * width_;
     for (Index k = 0; k < width; ++k) {
-      const Index column = columns_[at_index(first + k)];
       const double derivative = closure ? at(places_.by_unknowns, i * width + k)
                                         : at(places_.by_shared, (i - bound) * width + k);
-      if (by_columns_.size() > 0) {
-        linear.by_unknowns.row(row) += derivative * by_columns_.row(first + k);
-      } else if (column >= 0) {
-        linear.by_unknowns(row, column) += derivative;
+      for (const Share& share : shares_[at_index(first + k)]) {
+        linear.by_unknowns(row, share.column) += share.factor * derivative;
       }
     }
   }

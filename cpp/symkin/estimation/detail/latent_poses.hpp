@@ -70,6 +70,7 @@ class LatentPoses {
   void linearise_growing(const LegModel& model, const Vector& parameters, const Vector& growths,
                          const RowMatrix& poses, const Vector& shown, ClosureRows& rows);
   void add_covariates(const Setup& setup, const Vector& growths, Index leg, ClosureRows& rows);
+  void keep_free(Index leg);
   void set_places();
   LatentRows kernel_rows(const double* errors);
 
@@ -77,20 +78,27 @@ class LatentPoses {
   const Observations& observations_;
   UnknownList list_;
   // Scalars of a leg that may be free: no curvature where it is held, no slopes without covariates.
-  Index width_;
-  bool curved_ = false;         // whether some curvature is free
-  std::vector<Index> free_;     // scalars of the legs and the shared ones
-  std::vector<Index> columns_;  // of these
-  // How those move with the columns, where any is tied; empty: each with its own alone.
-  RowMatrix by_columns_;
+  Index own_;
+  bool curved_ = false;  // whether some curvature is free
+  // Of each leg those that are, and of most legs how many: others have columns of zeros besides.
+  std::vector<std::vector<Index>> own_free_;
+  Index width_ = 1;
+  std::vector<Index> free_;  // scalars of the legs, `width_` of each, and the shared ones; or -1
+  // How each of those moves with the columns: its own, if it has one, and what it is tied to.
+  struct Share {
+    Index column;
+    double factor;
+  };
+  std::vector<std::vector<Share>> shares_;
   std::vector<Index> shared_of_;  // see LatentRows
   Index column_count_, shared_ = 0;
   int directions_;
   RowPlan plan_;
   LatentRows::Places places_{};
   // Of the last linearisation: of each leg, zero where it was not read, by_parameters by its first
-  // `width_` scalars in the UnknownList.
+  // `own_` scalars in the UnknownList, and by those of them that are free.
   std::vector<ClosureRows> legs_;
+  std::vector<RowMatrix> by_free_;
   RowMatrix given_;                   // N x legs, readings; 0 where none was taken
   Vector own_parameters_, readings_;  // of one leg
   RowMatrix frames_;
