@@ -143,6 +143,7 @@ def solved(
     """
     found = Solved({}, {}, frozenset(), ())
     made_of: dict[str, set[int]] = {}  # of a bound unknown, the ties that it follows from
+    leading: dict[str, dict[str, None]] = {}  # of another, the bound ones that follow it
     for number, tie in enumerate(equations):
         row = {name: factor for name, factor in tie.factors.items() if name in free and factor}
         constant = tie.constant - sum(
@@ -172,7 +173,9 @@ def solved(
         last = next((name for name in reversed(list(tie.factors)) if name in row), last)
         factor = row.pop(last)
         own, rest = {name: -by / factor for name, by in row.items()}, constant / factor
-        for name, terms in found.by.items():  # those before it that follow this one
+        followers = leading.pop(last, {})
+        for name in followers:
+            terms = found.by[name]
             part = terms.pop(last, 0.0)
             if part:
                 found.constants[name] += part * rest
@@ -180,6 +183,8 @@ def solved(
                 for other, more in own.items():
                     terms[other] = terms.get(other, 0.0) + part * more
         found.by[last], found.constants[last], made_of[last] = own, rest, used
+        for other in own:
+            leading.setdefault(other, {}).update({**followers, last: None})
         if tie.measured:
             found = found._replace(measured=found.measured | {last})
     return found

@@ -728,13 +728,17 @@ def _sorts(
 ) -> tuple[tuple[object, ...], ...]:
     """What scalars have in common that can be shared: name and unit, and what the name means."""
     sorts: list[tuple[object, ...]] = []
+    # A radius beside a height is another one than beside a polar angle.
+    kinds: dict[tuple[int | None, str], set[str]] = {}
+    for number in range(len(mechanism.legs)):
+        for each in mechanism.leg_info(number).parameter_roles.values():
+            kinds.setdefault((number, each.end), set()).add(each.kind)
     for name, unit in zip(scalars, units, strict=True):
         block, _, own = name.partition(".")
         leg = int(block[3:]) - 1 if block.startswith("leg") else None
         roles = {} if leg is None else mechanism.leg_info(leg).parameter_roles
         role = roles.get(own, ABSENT)
-        # A radius beside a height is another one than beside a polar angle.
-        beside = frozenset(each.kind for each in roles.values() if each.end == role.end != "none")
+        beside = frozenset(kinds.get((leg, role.end), ()) if role.end != "none" else ())
         own = CLOCK if block == f"{CLOCK}_{own}" else own
         sorts.append((own, unit, role, beside))
     return tuple(sorts)
