@@ -42,8 +42,7 @@ def doubts_of_sag(
     columns = columns_of_sag(found, rows)
     if not columns:
         return
-    square = float(np.square(rows.residual).sum())
-    drop = rows.dropped([*columns.values()])
+    square, drop = rows.square, rows.explained([*columns.values()]).drop
     spare = rows.spare - len(columns)
     scale = np.sqrt(max((square - drop) / max(spare, 1), 1.0))
     scores = {name: rows.score(column) / scale for name, column in columns.items()}
