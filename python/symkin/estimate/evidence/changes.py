@@ -212,7 +212,8 @@ def change_tests(found: Found, apart: Sequence[int] = ()) -> tuple[ChangeTest, .
     drops = {each.kind: _drop(rows, terms, each.kind) for each in terms}
     drop, count = max(drops.values())
     most = drop  # what legs do as they come to rest looks a little like a lag
-    scale = np.sqrt(max((square - drop) / max(rows.spare - count, 1), 1.0))
+    # Of what priors ask for a step may seem to explain something, far from the drawing.
+    scale = np.sqrt(max((rows.square - drop) / max(rows.spare - count, 1), 1.0))
     counts = {step: sum((each.what == "step") == step for each in terms) for step in (False, True)}
     tests, before = [], usual(square, rows.spare)
     names, units = _names(found, terms)
