@@ -7,6 +7,7 @@ import math
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,6 +17,8 @@ from symkin.errors import NotIdentifiableError
 from symkin.estimate.evidence.residuals import doubts_of_residuals
 from symkin.model.settings import Tolerances
 from symkin.planning.simulation import disturb
+
+DECLARED = Path(__file__).parents[3] / "mechanisms" / "declared"
 
 Change = Callable[[symkin.Mechanism, symkin.Measurements], symkin.Measurements]
 
@@ -893,6 +896,22 @@ def test_a_number_that_the_drawing_has_wrong_in_all_legs_is_named(name, number, 
         np.testing.assert_allclose(found.redrawn.parameters, robot.parameters, atol=2e-3)
     assert (told.code, told.figures["name"], told.others) == ("drawn-wrong", number, ())
     assert told.size == pytest.approx(1 / times if times else -0.04, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("names", "times"), [("side_2_length", 1.1), ("side_1_length, side_2_length", 1 / 25.4)]
+)
+def test_a_number_that_a_declared_leg_has_under_several_names_is_named(names, times):
+    robot = symkin.load_mechanism(DECLARED / "h4_rods.toml")
+    taken = at_random(robot, 1).for_all_legs()
+    drawn = robot
+    for each in names.split(", "):
+        drawn = drawn_wrong(drawn, each, times)
+    found = symkin.identify(drawn, taken)
+    (told,) = found.doubts
+    assert (told.code, told.figures["name"], told.others) == ("drawn-wrong", names, ())
+    assert told.size == pytest.approx(1 / times, rel=0.02)
+    assert symkin.identify(found.redrawn, taken).trustworthy
 
 
 def test_what_explains_as_much_as_a_number_of_the_drawing_is_named_with_it():

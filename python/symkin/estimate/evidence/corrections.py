@@ -26,6 +26,7 @@ from symkin.estimate.evidence.edits import corrections_of, pairs_of
 from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.evidence.look_alikes import look_alikes
 from symkin.estimate.evidence.measured import copied_columns, taken_as_drawn
+from symkin.estimate.evidence.numbers import numbers_of_the_drawing
 from symkin.estimate.evidence.residuals import BETTER
 from symkin.estimate.evidence.screen import FIRST, Screen, ShortList, agrees
 from symkin.estimate.evidence.trial import LITTLE, SECOND, Correction, Statement, per_degree
@@ -46,8 +47,9 @@ _EXPLAINED = 3.0  # per degree of freedom, at most, of what is named as the caus
 _LOOKS = ((2, 5, 4, 24), (12, 12, 6, 8))
 _ALONE = 6.0  # columns that a screened correction costs as much as, whatever the robot
 _A_LOOK = 5 / 3  # columns that a look costs as much as, of a robot with one leg
+_A_NUMBER = 1 / 3  # of them, that a number of the legs adds where they have many
 _TESTS = 10  # of the first at least, by what is observed besides the coordinates of its poses
-_HOPELESS = 1000.0  # times what another leaves that may well explain the data
+_HOPELESS = 100.0  # times what another leaves, itself less than that per degree
 _NAMED = 4
 _GREAT = 100.0  # per degree: of two mistakes of the table at least one leaves more
 _HUGE = 1000.0  # times better suffices even if something else is wrong besides
@@ -112,8 +114,9 @@ class Budget:
     ----------
     left : float
         What a screened correction costs, a column of readings of it; besides it costs as much as
-        some columns. One at whose poses there has to be a look costs as the square of the legs. As
-        many as there are for a hexapod, of two corrections at once too, if they are screened.
+        some columns. One at whose poses there has to be a look costs as the square of the legs, or
+        as their numbers, where these are many. As many as there are for a hexapod, of two
+        corrections at once too, if they are screened.
     spent : bool
         Whether it did not do for everything.
     """
@@ -122,11 +125,13 @@ class Budget:
     spent: bool = False
 
     def of(
-        self, corrections: Iterable[Correction], legs: int, *, screened: bool
+        self, corrections: Iterable[Correction], robot: Mechanism, *, screened: bool
     ) -> Iterator[Correction]:
         """As many of them as there is a budget for."""
+        legs = len(robot.legs)
+        look = max(_A_LOOK * legs**2, _A_NUMBER * robot.parameters.size)
         for each in corrections:
-            self.left -= _ALONE + legs if screened else _A_LOOK * legs**2
+            self.left -= _ALONE + legs if screened else look
             if self.left < 0:
                 self.spent = True
                 return
@@ -236,10 +241,13 @@ def hypotheses_of(
         nominal = nominal.replace(frames=None)
         options = dataclasses.replace(options, poses="all")
     stated = Correction(_as_it_is, Statement(nominal, options), measurements)
-    budget, legs = budget or Budget(), len(nominal.legs)
+    budget = budget or Budget()
     screen = Screen.of(stated)
-    tried = budget.of(corrections_of(stated), legs, screened=screen is not None)
+    tried = budget.of(corrections_of(stated), nominal, screened=screen is not None)
     listed = screen.short_list(stated, tried) if screen else _looked_at(stated, tried)
+    if not listed.explains:
+        numbers = budget.of(numbers_of_the_drawing(stated), nominal, screened=False)
+        listed = listed._replace(open=(*listed.open, *numbers))
     alone = _judged(stated, listed, shaped)
     proposed = [each for each in alone if each.proposed]
     before = next(each.per_degree for each in alone if each.cause is None)
@@ -253,7 +261,7 @@ def hypotheses_of(
     # Of so many some are much less bad than a great mistake; what they leave has to be little.
     parts = {each.what for each in proposed}
     pairs_first = pairs_of(stated, parts, listed.first)
-    tried = budget.of(pairs_first, legs, screened=screen is not None)
+    tried = budget.of(pairs_first, nominal, screened=screen is not None)
     listed = screen.short_list(stated, tried) if screen else _looked_at(stated, tried)
     pairs = _judged(stated, listed, shaped)
     found = (each.per_degree for each in pairs if each.proposed)
@@ -395,7 +403,7 @@ def _looked_through(
         )
         kept = heapq.nsmallest(followed, looked, key=operator.itemgetter(0))
         least = min((value for value, _ in kept), default=math.inf)
-        most = _HOPELESS * max(least, 1.0) if least < LITTLE else math.inf
+        most = _HOPELESS * max(least, 1.0) if least < _HOPELESS else math.inf
         best = [each for value, each in kept if value <= most]
     return [*best, *without]
 

@@ -19,7 +19,7 @@ from symkin.estimate.evidence.far_rows import without_far_rows
 from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.evidence.frames import frame_doubt, only, with_frames
 from symkin.estimate.evidence.measured import with_modes
-from symkin.estimate.evidence.numbers import numbers_of_the_drawing, sensors_off
+from symkin.estimate.evidence.numbers import sensors_off
 from symkin.estimate.evidence.row_edits import edits_of_rows
 from symkin.estimate.evidence.table_edits import edits_of_poses, rarer_edits, with_readings
 from symkin.estimate.evidence.trial import Cause, Correction
@@ -50,7 +50,6 @@ def corrections_of(stated: Correction) -> Iterator[Correction]:
         edits_of_rows,
         _one_frame,
         _sensors,
-        numbers_of_the_drawing,
         _all_free,
     )
     kinds = [kind(stated) for kind in (*_KINDS, *rarer)]
@@ -145,7 +144,8 @@ def _modes(stated: Correction) -> Iterator[Correction]:
     nominal = stated.mechanism
     modes = nominal.working_modes
     home = nominal.inverse_kinematics(nominal.home[None])
-    if _have_one_root(nominal, home):
+    reached = np.isfinite(home[:, : nominal.reading_count]).all()
+    if not reached or _have_one_root(nominal, home):
         return
     for legs in _sets(len(modes)):
         flipped = [-mode if leg in legs else mode for leg, mode in enumerate(modes)]

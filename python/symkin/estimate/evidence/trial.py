@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from typing import NamedTuple
 
@@ -41,32 +41,43 @@ _ROUNDS = 3  # of giving the values of a column to rows by a robot that has lear
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Statement:
-    """A robot and how it is fitted, with tolerances as priors; laid out once for all readings."""
+    """A robot and how it is fitted, with tolerances as priors; laid out once for all readings.
+
+    `alike` is another of the same robot that differs in the priors of some unknowns alone.
+    """
 
     mechanism: Mechanism
     options: EstimateOptions
+    alike: Statement | None = None
 
     def problem(self, measurements: Measurements, steps: int) -> Problem:
         """Of some measurements; errors are those of `identify`."""
         options = dataclasses.replace(self._options, max_iterations=steps)
         return Problem.of(self.mechanism, measurements, options, self._laid_out)
 
-    def known(self, name: str, measurements: Measurements) -> tuple[tuple[int, ...], bool]:
-        """Legs with a parameter that could be free, and whether it is held in all; none if in some.
+    def known(self, measurements: Measurements) -> Mapping[str, tuple[tuple[int, ...], bool]]:
+        """Of each parameter the legs where it could be free, and whether it is held in all.
 
-        Shared ones are free.
+        Without those that are held in some; shared ones are free.
         """
         robot = self.mechanism
         covariates = self._options.covariates(robot, measurements)
         setup = core_setup(robot, slopes=slopes_of(covariates, len(robot.legs)))
         layout = self._laid_out(robot, setup, self._options, measurements.readings, covariates)
-        legs, held = [], set()
-        for leg in range(len(robot.legs)):
-            own = f"leg{leg + 1}.{name}"
-            if own in layout.scalars and not layout.always_held[layout.scalars.index(own)]:
-                legs.append(leg)
-                held.add(not layout.by_columns[layout.scalars.index(own)].any())
-        return (tuple(legs), held.pop()) if len(held) == 1 else ((), False)
+        places = {name: place for place, name in enumerate(layout.scalars)}
+        free = np.asarray(layout.by_columns.any(axis=1))
+        known: dict[str, tuple[tuple[int, ...], bool]] = {}
+        for name in robot.parameter_names:
+            own = {leg: places.get(f"leg{leg + 1}.{name}") for leg in range(len(robot.legs))}
+            open_ = {
+                leg: place
+                for leg, place in own.items()
+                if place is not None and not layout.always_held[place]
+            }
+            held = {not free[place] for place in open_.values()}
+            if len(held) == 1:
+                known[name] = tuple(open_), held.pop()
+        return known
 
     @property
     def noise(self) -> NoiseSettings:
@@ -103,8 +114,13 @@ class Statement:
             largest = tuple(np.nanmax(np.abs(readings), axis=0, initial=0.0).tolist())
         key = largest, tuple((each.name, each.per, each.is_reference) for each in covariates)
         if key not in self._layouts:
-            made = layout_of(mechanism, setup, options, readings, covariates)
-            self._layouts[key] = made.with_prior("tolerances")
+            other = self.alike
+            if other is not None and isinstance(options.prior, Mapping):
+                asked = mechanism, setup, other._options, readings, covariates
+                self._layouts[key] = other._laid_out(*asked).with_prior(options.prior)
+            else:
+                made = layout_of(mechanism, setup, options, readings, covariates)
+                self._layouts[key] = made.with_prior("tolerances")
         return self._layouts[key]
 
 
