@@ -28,7 +28,7 @@ from symkin.storage.results_file import results_text, write_results
 from symkin.values import record
 
 _NOT_CONVERGED, _BAD_INPUT, _INTERRUPTED, _BROKEN_PIPE = 1, 2, 130, 141
-_LONGEST = 1000
+_LONGEST = 500
 _LONG = 1.0  # seconds, after which it is said what takes so long
 
 JsonOption = Annotated[
@@ -201,7 +201,8 @@ def exit_code_of(program: Callable[[], Any], debug: bool = False) -> int:
         _drop_output()
         return _BROKEN_PIPE
     except FailedFitError as error:
-        _tell(f"Not converged: {error}")
+        # Its cause, and what to do about it, are told whole.
+        _tell(f"Not converged: {error}", _LONGEST if error.likely_cause is None else 2 * _LONGEST)
         return _NOT_CONVERGED
     except Exception as error:
         if debug:
@@ -238,12 +239,12 @@ def _usage(error: Any) -> str:
     return f"{usage_words(error)} (see `{command} --help`)"
 
 
-def _tell(message: str) -> None:
+def _tell(message: str, longest: int = _LONGEST) -> None:
     """Print one line on stderr, without its middle if it is too long."""
     line = printable(" ".join(message.split()))
-    if len(line) > _LONGEST:
-        half = (_LONGEST - 5) // 2
-        line = f"{line[:half].rpartition(' ')[0]} ... {line[-half:].partition(' ')[2]}"
+    if len(line) > longest:
+        half = (longest - 5) // 2
+        line = f"{line[:half]} ... {line[-half:]}"
     typer.echo(line, err=True)
 
 

@@ -238,6 +238,8 @@ def _headlines(found: Estimate) -> Iterator[Headline]:
             remark += f"; {unseen} in cross-validation"
         value = became(found.nominal_residual_rms, found.residual_rms, unit)
         yield "Closure of the legs, rms", value, remark
+    if (told := _aligned(found)) is not None:
+        yield told
     if found.degrees_of_freedom > 0:
         low, high = (each / found.degrees_of_freedom for each in (found.least, found.limit))
         remark = f"{significant(low)} to {significant(high)} for sound robots"
@@ -254,6 +256,20 @@ def _headlines(found: Estimate) -> Iterator[Headline]:
         yield _prior_headline(found.fitted_prior)
     if found.converged and found.directions and not found.unseen:
         yield _known_worst(found)
+
+
+def _aligned(found: Estimate) -> Headline | None:
+    """What no frame explains, where errors are told as they are and that was most of them."""
+    before, after = found.before, found.after
+    if before is None or after is None or before.aligned is None or after.aligned is None:
+        return None
+    kind, unit = before.kinds[0]
+    old, new = (getattr(each.aligned, f"{kind}_rms") for each in (before, after))
+    (first,) = as_told(found, before)
+    if first is before.aligned or 2 * old > getattr(before, f"{kind}_rms"):
+        return None
+    remark = "most of it was, before, one motion of base or tool frame"
+    return "With frames aligned, rms", became(old, new, unit), remark
 
 
 def _known_worst(found: Estimate) -> Headline:
