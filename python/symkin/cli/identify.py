@@ -40,7 +40,7 @@ from symkin.cli.options import (
 )
 from symkin.data.joining import joined
 from symkin.estimate import Estimate
-from symkin.estimate.estimate import CORRECTED, REDRAWN, save_redrawn
+from symkin.estimate.estimate import CORRECTED, REDRAWN, save_corrections
 from symkin.estimate.fleet import Fleet, identify_robots
 from symkin.estimate.fleet_jobs import Robots
 from symkin.estimate.fleet_sources import robots_of_files
@@ -195,11 +195,17 @@ def _correcting(
     try:
         yield
     except symkin.SymkinError as error:
-        made = {"table": (CORRECTED, error.corrected), "drawing": (REDRAWN, error.redrawn)}
-        made = {kind: each for kind, each in made.items() if each[1] is not None}
+        made = {
+            kind: name
+            for kind, name, each in (
+                ("table", CORRECTED, error.corrected),
+                ("drawing", REDRAWN, error.redrawn),
+            )
+            if each is not None
+        }
         if not made:
             raise
-        names = [name for name, _ in made.values()]
+        names = list(made.values())
         what = " and ".join(f"the {kind} so corrected" for kind in made)
         are = "is" if len(made) == 1 else "are"
         if out is None:
@@ -207,10 +213,8 @@ def _correcting(
         else:
             with OutputFiles(inputs, overwrite) as outputs:
                 folder = outputs.folder(out, *names)
-                if error.corrected is not None:
-                    error.corrected.save(folder / CORRECTED, nominal)
-                if error.redrawn is not None:
-                    save_redrawn(error.redrawn, error.likely_cause, folder / REDRAWN)
+                corrected = error.corrected, error.redrawn
+                save_corrections(folder, nominal, error.likely_cause, *corrected)
             words = f"{what} {are} {' and '.join(str(out / name) for name in names)}"
         error.args = (f"{error}; {words}",)
         raise

@@ -35,10 +35,19 @@ REDRAWN = "corrected.toml"  # the drawing without its likely mistake, if that is
 CORRECTED = "corrected.csv"  # the measurements without their likely mistake, if that is the cause
 
 
-def save_redrawn(redrawn: Mechanism, cause: Doubt, path: Path) -> None:
-    """Write a drawing without its likely mistake, which its header names."""
-    header = f"As drawn, but for a mistake that its measurements show: {cause.words}."
-    save_mechanism(redrawn, path, header=header)
+def save_corrections(
+    folder: Path,
+    nominal: Mechanism,
+    cause: Doubt,
+    table: Measurements | None,
+    drawing: Mechanism | None,
+) -> None:
+    """Write table and drawing without a likely mistake, which the drawing's header names."""
+    if table is not None:
+        table.save(folder / CORRECTED, nominal)
+    if drawing is not None:
+        header = f"As drawn, but for a mistake that its measurements show: {cause.words}."
+        save_mechanism(drawing, folder / REDRAWN, header=header)
 
 
 @record
@@ -267,10 +276,8 @@ class Estimate(Examined[M], FolderResult):
     def write_files(self, folder: Path, *, report: bool = True) -> None:
         """Write the calibrated mechanism, the results, two tables and the report into a folder."""
         self.write_tables(folder)
-        if self.corrected is not None:
-            self.corrected.save(folder / CORRECTED, self.nominal)
-        if self.redrawn is not None:
-            save_redrawn(self.redrawn, self.doubts[0], folder / REDRAWN)
+        if self.corrected is not None or self.redrawn is not None:
+            save_corrections(folder, self.nominal, self.doubts[0], self.corrected, self.redrawn)
         super().write_files(folder, report=report)
 
     @property

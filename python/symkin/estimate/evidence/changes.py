@@ -184,8 +184,7 @@ class Rows:
         """By columns together, which may be of very different lengths, or alike."""
         stacked = np.stack(columns)
         shared = np.einsum("anr,bnr->ab", stacked, np.stack([self.left(each) for each in stacked]))
-        square = np.diag(shared)
-        unit = np.where(square > 0, 1 / np.sqrt(np.where(square > 0, square, 1.0)), 0.0)
+        unit = 1 / np.sqrt(np.diag(shared))
         both = unit[:, None] * unit
         inverse = np.linalg.pinv(shared * both, rcond=_ALIKE, hermitian=True) * both
         along = -np.einsum("anr,nr->a", stacked, self.residual)
@@ -205,7 +204,7 @@ def change_tests(found: Found, apart: Sequence[int] = ()) -> tuple[ChangeTest, .
         return ()
     if rows is None or rows.spare < 1:
         return ()
-    terms = [each for each in terms_of_changes(found, rows) if each.length > 0]
+    terms = list(terms_of_changes(found, rows))
     if not terms:
         return ()
     square = float(np.square(rows.residual).sum())
@@ -319,10 +318,23 @@ def _along(rows: Rows, late: Covariate) -> Array:
     return np.asarray(values[:, None] * rows.by_base[..., along])
 
 
-def _term(rows: Rows, what: str, of: str, leg: int, column: Array) -> Iterator[Term]:
+def _two_sided(u: float) -> float:
+    return float(_core.chi_square_tail(u**2, 1))
+
+
+def _term(
+    rows: Rows,
+    what: str,
+    of: str,
+    leg: int,
+    column: Array,
+    row: int = -1,
+    p_of: Callable[[float], float] = _two_sided,
+) -> Iterator[Term]:
+    """A term, unless the unknowns explain all of it, as of a step where one is unknown already."""
     length = rows.length(column)
     if length > _SILENT * np.linalg.norm(column) > 0:
-        yield Term(what, of, leg, -1, column, length, _two_sided)
+        yield Term(what, of, leg, row, column, length, p_of)
 
 
 def _step(numbers: NDArray[np.intp], rows: Rows, of: str, leg: int, one: Array) -> Iterator[Term]:
@@ -334,9 +346,7 @@ def _step(numbers: NDArray[np.intp], rows: Rows, of: str, leg: int, one: Array) 
     # As the unknown has it, -1 before: a constant beside is not.
     column = np.where(np.arange(len(one))[:, None] < step, -one, 0.0)
     row = int(numbers[rows.order[step]])
-    length = rows.length(column)
-    if length > _SILENT * np.linalg.norm(column):  # else a step there is unknown already
-        yield Term("step", of, leg, row, column, length, lambda u: largest_of_steps(u, alike))
+    yield from _term(rows, "step", of, leg, column, row, lambda u: largest_of_steps(u, alike))
 
 
 def step_scores(one: Array, basis: Array, residual: Array) -> tuple[NDArray[np.intp], Array, Array]:
@@ -375,10 +385,6 @@ def largest_of_steps(largest: float, alike: Array) -> float:
     values = np.exp(-(largest**2) * (1 + nodes**2) / 2) / (1 + nodes**2)
     crossings = slopes / 2 * (values @ _WEIGHTS) / (2 * np.pi)
     return float(min(_two_sided(largest) + 4 * crossings.sum(), 1.0))
-
-
-def _two_sided(u: float) -> float:
-    return float(_core.chi_square_tail(u**2, 1))
 
 
 @once
