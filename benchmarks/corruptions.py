@@ -159,6 +159,12 @@ def stretched(_: object, values: Any, __: object) -> Any:
     return values
 
 
+def sheared(_: object, values: Any, __: object) -> Any:
+    """As axes measure that are 2 mrad from square."""
+    values[:, 0] += 2e-3 * (values[:, 1] - values[:, 1].mean())
+    return values
+
+
 def bent(robot: symkin.Mechanism, values: Any, _: object) -> Any:
     """Outwards with the cube of the distance from the middle, 1% at the outermost pose."""
     places = values[:, : robot.space.size]
@@ -393,6 +399,9 @@ CORRUPTIONS: Mapping[str, Corruption] = {
     "device scale 200 ppm": Corruption(scaled(2e-4), (*FRAME, DISTORTED), assumed="scale"),
     "device 1% longer along x": Corruption(
         poses(stretched), (DISTORTED,), translating, assumed="a measuring device"
+    ),
+    "device 2 mrad from square": Corruption(
+        poses(sheared), (DISTORTED,), translating, assumed="a measuring device"
     ),
     "device bent as by a lens, 1%": Corruption(
         poses(bent), (DISTORTED,), translating, assumed="a measuring device"

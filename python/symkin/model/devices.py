@@ -18,6 +18,8 @@ from symkin.model.settings import Frames, IdentificationSettings, NoiseSettings
 from symkin.options import Observable, Visit
 from symkin.values import record
 
+UNCALIBRATED = 0.01  # an eye does not see 2% in an image
+
 
 @record
 class Device:
@@ -46,6 +48,10 @@ class Device:
         In which order poses are taken.
     prints : bool
         Whether it measures what the robot made on its bed.
+    distortion : float
+        How unequal the scales of its axes may be, and how far these from square, rad; and, relative
+        to the distance from the middle, what a lens may do to its outermost pose. Where errors are
+        limited, the limit over a metre; else that of a camera that nobody calibrated.
     """
 
     kind: str
@@ -59,6 +65,7 @@ class Device:
     per_metre: float = 0.0
     visit: Visit = "there_and_back"
     prints: bool = False
+    distortion: float = UNCALIBRATED
 
     def kinds(self, space: PoseSpace) -> tuple[Observable, ...]:
         """What it observes of such a platform: one that never turns is seen as a single point."""
@@ -116,11 +123,11 @@ _ALL = (
     Device("laser tracker, 3 reflectors", ("points",), 7.5e-6, None,
            f"{_MPE} across the beam, 15 um + 6 um/m (Leica AT500, user manual, section 2.8, which "
            "calls half of it typical); along the beam it is better",
-           points=3, distance=2.5, per_metre=3e-6),
+           points=3, distance=2.5, per_metre=3e-6, distortion=2.1e-5),
     Device("CMM", ("points",), 2e-6, None,
            f"{_MPE} of a bridge machine at 0.5 m, 2.2 um + L/300 (ISO 10360-2, such as Hexagon "
            "Global)",
-           points=3),
+           points=3, distortion=5.5e-6),
     Device("camera, ArUco board", ("pose",), 3e-4, 2e-3,
            "0.2 pixels of a corner at 1000 pixels of focal length and 0.5 m are 0.1 mm across the "
            "axis, three times that along it; turned, 0.3 mm over a board of 0.15 m",

@@ -798,33 +798,53 @@ def test_a_scale_of_the_device_is_told_where_tolerances_say_how_long_links_are()
 
 
 @pytest.mark.parametrize("options", [{}, {"prior": "tolerances"}])
-def test_a_distortion_that_is_missed_is_told_with_what_it_does_to_the_robot(options):
-    robot = symkin.load_mechanism("hexapod_jugglebot")
+@pytest.mark.parametrize("name", ["3RRR", "hexapod_jugglebot"])
+def test_a_distortion_that_is_missed_is_told_with_what_it_does_to_the_robot(name, options):
+    robot = symkin.load_mechanism(name)
     taken = at_random(robot, 1).for_all_legs()
     found = symkin.identify(robot, taken, **options)
     (note,) = (each for each in found.notes if each.code == "unseen")
     stretch = r"device longer along (\w) than along (\w) by ([\d.]+) % \(([\d.]+) times\)"
     shear = r"device with (\w) and (\w) from square by ([\d.]+) mrad \(([\d.]+) times\)"
     told = re.search(stretch, str(note)) or re.search(shear, str(note))
+    size = robot.space.size
     one, other = (robot.space.position.index(told[each]) for each in (1, 2))
-    half, strain = float(told[3]) / 2, np.zeros((3, 3))
+    half, strain = float(told[3]) / 2, np.zeros((size, size))
     if "longer" in told[0]:
         strain[one, one], strain[other, other] = half / 100, -half / 100
     else:
         strain[one, other] = strain[other, one] = half / 1000
-    assert np.abs(strain).max() > 0.005  # one as large as is usual would be missed, too
-    poses = distorted(taken.poses, 3, strain=strain)
+    assert np.abs(strain).max() <= 0.005  # no more is usual
+    poses = distorted(taken.poses, size, strain=strain)
     wrong = symkin.identify(robot, replace(taken, poses=poses), **options)
     moved = symkin.evaluate(wrong.mechanism, actual=found.mechanism, poses=found.latent_poses)
     times = moved.position_rms / found.expected_at_poses.position
     assert times == pytest.approx(float(told[4]), rel=0.2)
 
 
-def test_a_distortion_that_is_usual_and_would_be_seen_is_no_note():
-    robot = symkin.load_mechanism("5bar")
-    found = symkin.identify(robot, at_random(robot, 1).for_all_legs())
-    (note,) = (each for each in found.notes if each.code == "unseen")
-    assert "device" not in str(note)
+def test_a_distortion_that_a_device_is_too_good_for_is_no_note():
+    robot = symkin.load_mechanism("rotary_delta")
+    told = {}
+    for device in ("CMM", "motion capture"):
+        own = robot.with_device(device)
+        found = symkin.identify(own, at_random(own, 1).for_all_legs())
+        (note,) = (each for each in found.notes if each.code == "unseen")
+        told[device] = "a measuring device" in str(note)
+    assert told == {"CMM": False, "motion capture": True}
+
+
+def test_an_axis_from_square_by_less_than_is_usual_is_told_or_noted():
+    """It moves a robot by several times what is expected before a test sees it."""
+    robot = symkin.load_mechanism("3RRR")
+    trusted = 0
+    for seed in range(5):
+        taken = at_random(robot, seed, disturb(robot, seed)).for_all_legs()
+        poses = distorted(taken.poses, 2, strain=[[0, 2e-3], [0, 0]])
+        found = symkin.identify(robot, replace(taken, poses=poses))
+        trusted += found.trustworthy
+        noted = [each for each in found.notes if each.code == "unseen"]
+        assert not found.trustworthy or "a measuring device" in str(noted[0])
+    assert trusted
 
 
 def test_of_angles_alone_no_distortion_is_looked_for():

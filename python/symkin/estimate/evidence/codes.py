@@ -355,7 +355,7 @@ NOTES: Mapping[str, Code] = {
         "declare how far off {it} may be: assume, in the file [assumed]",
     ),
     "unseen": Code(
-        "missed in 1 of 10 robots, smaller ones more often: {names}; in brackets how many times "
+        "missed in 1 of 10 robots or more: {names}; in brackets how many times "
         "the error to expect at these poses that would move the end effector",
         "if the robot may have it, identify with {options}",
     ),

@@ -18,19 +18,19 @@ from symkin.estimate.evidence.sag import SAG_ALARMS, columns_of_sag
 from symkin.estimate.found import Found
 from symkin.estimate.precision import promising
 from symkin.estimate.unknowns import SAG
+from symkin.model.devices import UNCALIBRATED
 from symkin.values import Array, record
 
 _POWER = 0.9  # of robots in which a test sees it
 _SEEN = 1e-3  # of a column: what unknowns leave less of, no size of it shows
 _NAMED = 3
-# Of the distance of the outermost pose from the middle: 1%, or 10 mrad, between two axes, or of it.
-_USUAL = {"stretch": 0.005, "shear": 0.005, "lens": 0.01}
+_OF_AXES = {"stretch": 0.5, "shear": 0.5, "lens": 1.0}  # what two axes differ or lean, for a term
 _WITH = {"stretch": "", "shear": "with ", "lens": "that has positions "}
 
 
 @record
 class _Defect:
-    """A column of whitened rows, and the size of it that a test sees in most robots."""
+    """A column of whitened rows, and the size of it that a test sees in most robots, at most."""
 
     what: str
     of: str
@@ -135,13 +135,13 @@ def _of_sag(found: Found, rows: Rows) -> Iterator[_Defect]:
 
 
 def _of_device(found: Found, rows: Rows) -> Iterator[_Defect]:
-    """Distortions of a device, where those that are usual may not be seen.
-
-    That much is usual of a camera that nobody calibrated: an eye does not see 2% in an image.
-    """
+    """Distortions of a device, none larger than its kind has: a shear looks like other lengths."""
     columns, reach = columns_of_distortion(found, rows)
+    known = found.nominal.device
+    most = (UNCALIBRATED if known is None else known.distortion) * reach
     for name, size in seen_from(rows, columns, _POWER).items():
         kind = name.partition(" ")[0]
-        if size > _USUAL.get(kind, np.inf) * reach:
+        if kind in _OF_AXES:  # a scale is held as exact, which is a note of its own
+            size = min(size, _OF_AXES[kind] * most)
             told = f"{_WITH[kind]}{words_of(name, size, reach)}"
             yield _Defect("device", told, columns[name], size, "m", {})
