@@ -44,11 +44,14 @@ class SymkinError(ValueError):
         The measurements without that mistake, if it is one of the table.
     redrawn : symkin.Mechanism or None
         The mechanism without it, if it is one of the drawing.
+    mapping : str
+        A line of TOML with which a table with names of its own may be read; empty if none is known.
     """
 
     likely_cause: Any = None
     corrected: Any = None
     redrawn: Any = None
+    mapping: str = ""
 
 
 class QuantityError(SymkinError):

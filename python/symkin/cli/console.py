@@ -201,13 +201,12 @@ def exit_code_of(program: Callable[[], Any], debug: bool = False) -> int:
         _drop_output()
         return _BROKEN_PIPE
     except FailedFitError as error:
-        # Its cause, and what to do about it, are told whole.
-        _tell(f"Not converged: {error}", _LONGEST if error.likely_cause is None else 2 * _LONGEST)
+        _tell(f"Not converged: {error}", _longest(error))
         return _NOT_CONVERGED
     except Exception as error:
         if debug:
             traceback.print_exc()
-        _tell(f"Error: {_sentence(error)}")
+        _tell(f"Error: {_sentence(error)}", _longest(error))
         _drop_output()
         return _BAD_INPUT
     return code if isinstance(code, int) else 0
@@ -232,6 +231,13 @@ def _sentence(error: Exception) -> str:
         f"unforeseen {type(error).__name__}: {error} (this is a fault of symkin: please report it "
         "with what --debug shows)"
     )
+
+
+def _longest(error: Exception) -> int:
+    """How many characters are told: a likely cause whole, and what is to be copied."""
+    if not isinstance(error, SymkinError):
+        return _LONGEST
+    return (1 if error.likely_cause is None else 2) * _LONGEST + len(error.mapping)
 
 
 def _usage(error: Any) -> str:

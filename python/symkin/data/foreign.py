@@ -56,22 +56,27 @@ def mapping_for(table: Table, mechanism: Mechanism) -> str:
     It is a guess by names, for who knows what the table holds: a position by the last letters x, y
     and z of names that begin alike, readings by as many names, numbered from 0 or 1, as are read,
     or by nothing else being left. An orientation in space is told by a quaternion, or by roll,
-    pitch and yaw; other three angles may be any. A unit that no name says is `UNIT`.
+    pitch and yaw; other three angles may be any. Several such positions are of points on a
+    platform that turns. A unit that no name says is `UNIT`.
     """
     space, count = mechanism.space, mechanism.reading_count
     columns = [each for name in table.names if (each := _Column.of(name)) is not None]
-    position = _alike(columns, space.position, "m")
-    others = [each for each in columns if each not in position]
+    places = _alike(columns, space.position, "m") if space.size else []
+    others = [each for each in columns if not any(each in place for place in places)]
     readings = _numbered(others, count) or _only(others, count)
+    if space.turns and len(places) > 1 and readings:
+        return _of_points(places, readings, mechanism)
+    position = places[0] if len(places) == 1 else []
     if len(position) < space.size or not readings:
         return ""
     said = {"position": position, "readings": readings}
     units = {"position": "m", "readings": mechanism.reading_unit}
     further = ""
     if space.has_quaternion:
-        said["quaternion"] = _alike(columns, ("x", "y", "z", "w"), "")
-        if not said["quaternion"]:
-            del said["quaternion"]
+        quaternions = _alike(columns, ("x", "y", "z", "w"), "")
+        if len(quaternions) == 1:
+            said["quaternion"] = quaternions[0]
+        else:
             further = _attitude(columns)
             if not further:
                 return ""
@@ -84,18 +89,39 @@ def mapping_for(table: Table, mechanism: Mechanism) -> str:
         del said["position"]
     parts = []
     for key, found in said.items():
-        if not found:
+        part = _key(key, found, units.get(key))
+        if not part:
             return ""
-        names = [_quoted(each) for each in found]
-        parts.append(f"{key} = " + (names[0] if key == "angle" else f"[{', '.join(names)}]"))
-        if key in units:
-            unit = found[0].unit
-            if len({each.unit for each in found}) > 1 or (unit and not is_unit(unit, units[key])):
-                return ""
-            parts.append(f'{_UNIT_KEYS[key]} = "{unit or UNIT}"')
+        parts.append(part)
     if further:
         parts.append(further)
     return f"measurements = {{ {', '.join(parts)} }}"
+
+
+def _of_points(
+    places: Sequence[Sequence[_Column]], readings: Sequence[_Column], mechanism: Mechanism
+) -> str:
+    said = _key("readings", readings, mechanism.reading_unit)
+    names = ", ".join(
+        f"p{number}_{each.last}_{each.unit or UNIT} = {_quoted(each)}"
+        for number, place in enumerate(places, 1)
+        for each in place
+    )
+    return said and f"measurements = {{ {said}, names = {{ {names} }} }}"
+
+
+def _key(key: str, found: Sequence[_Column], si_unit: str | None) -> str:
+    """A key of the line, with that of its unit; nothing if there is none, or that is another."""
+    names = [_quoted(each) for each in found]
+    if not names:
+        return ""
+    said = f"{key} = " + (names[0] if key == "angle" else f"[{', '.join(names)}]")
+    if si_unit is None:
+        return said
+    unit = found[0].unit
+    if len({each.unit for each in found}) > 1 or (unit and not is_unit(unit, si_unit)):
+        return ""
+    return f'{said}, {_UNIT_KEYS[key]} = "{unit or UNIT}"'
 
 
 def _attitude(columns: Sequence[_Column]) -> str:
@@ -113,16 +139,15 @@ def _quoted(column: _Column) -> str:
     return json.dumps(column.name, ensure_ascii=False)
 
 
-def _alike(columns: Sequence[_Column], last: Sequence[str], si_unit: str) -> list[_Column]:
-    """Columns that begin alike and end in these, of this unit; none if there are several such."""
+def _alike(columns: Sequence[_Column], last: Sequence[str], si_unit: str) -> list[list[_Column]]:
+    """Columns that begin alike and end in these, of this unit or of none that a name says."""
     found = []
     for before in dict.fromkeys(each.before for each in columns):
         own = {each.last: each for each in columns if each.before == before}
         whole = all(name in own for name in last)
         if whole and ("w" in own) == ("w" in last):
             found.append([own[name] for name in last])
-    fitting = [each for each in found if each[0].unit == "" or is_unit(each[0].unit, si_unit)]
-    return fitting[0] if len(fitting) == 1 else []
+    return [each for each in found if each[0].unit == "" or is_unit(each[0].unit, si_unit)]
 
 
 def _numbered(columns: Sequence[_Column], count: int) -> list[_Column]:

@@ -322,11 +322,13 @@ def _columns_for(table: Table, mechanism: Mechanism) -> MeasurementColumns:
         ]
         size = ' (of counts, the size of one: "360 deg/4096/count")'
         units = f", with a unit for each {UNIT}{size}," if UNIT in mapping else ""
-        raise table.error(
+        error = table.error(
             f"has no columns of symkin's names, such as {' and '.join(wanted)}; if this "
             f"is what it holds, put it{units} as a line into a file (--columns FILE, in Python "
             f"columns=symkin.load_columns(FILE)): {mapping}"
         )
+        error.mapping = mapping
+        raise error
     if mapped is not None and not own_names:
         return mapped
     if lacks_pose:

@@ -66,7 +66,11 @@ def with_comments(
                 changed = _changed(_at(former, path), _at(values, kept))
                 was = changed and not comment.beside.startswith(_WAS)
                 said = f"{_WAS}{toml_value(_at(source.values, path))}: " if was else ""
-                lines[line] += ("; " if "  # " in lines[line] else "  # ") + said + comment.beside
+                value, _, note = lines[line].partition("  # ")
+                if " " in note and note in comment.beside:  # words are said once
+                    note = ""
+                note += "; " if note else ""
+                lines[line] = f"{value}  # {note}{said}{comment.beside}"
     for line, added in sorted(above.items(), reverse=True):
         lines[line:line] = added
     end += ["", *homeless] if homeless else []

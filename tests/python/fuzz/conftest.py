@@ -49,8 +49,9 @@ def _fault_of(case: Case) -> str:
         return f"exit code {code}"
     if "Traceback" in message or "unforeseen" in message:
         return message
-    if len(message) > (2 if "Likely cause: " in message else 1) * _LONGEST + 1:
-        return f"a message of {len(message)} characters"
+    told = message.partition(": measurements = {")[0]  # what is to be copied is told whole
+    if len(told) > (2 if "Likely cause: " in message else 1) * _LONGEST + 1:
+        return f"a message of {len(told)} characters"
     # Beside a file on the standard output, notes are on the other.
     if code == 0 and case.arguments[0] == "export":
         message = ""

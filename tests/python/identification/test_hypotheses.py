@@ -138,6 +138,7 @@ OF_POINTS = {
     "sign": MISTAKES["sign"],
     "unit": MISTAKES["unit"],
     "inches": (of_points(lambda p: p / 0.0254), "unit-of-lengths", ()),
+    "inches in columns of millimetres": (of_points(lambda p: p / 25.4), "unit-of-lengths", ()),
     "block": (of_points(later_in_millimetres), "rows-in-another-unit", ()),
     "mirror": (of_points(lambda p: p[..., [1, 0]]), "convention-of-poses", ()),
 }

@@ -45,12 +45,13 @@ def poses_of(name, rows):
     return symkin.sample_workspace(symkin.load_mechanism(name), rows, seed=3).poses
 
 
-def seen(robot, actual, *kinds, points=3, rows=60, seed=1, base=None):
+def seen(robot, actual, *kinds, points=3, rows=60, seed=1, base=None, places=None):
     space, poses = robot.pose_space, poses_of(robot.name, rows)
+    places = places or PLACES[space][:points]
     exact = symkin.Measurements.of(
         poses, actual.inverse_kinematics(poses), reading_unit=robot.reading_unit, pose_space=space
     )
-    device = Observed(("points", *kinds), base=base or BASES[space], points=PLACES[space][:points])
+    device = Observed(("points", *kinds), base=base or BASES[space], points=places)
     return device.measure(exact, robot.noise, seed)
 
 
@@ -233,6 +234,44 @@ def test_rows_without_readings_that_the_robot_can_take_say_what_is_missing():
     measured = dataclasses.replace(few, readings=readings)
     with pytest.raises(NotIdentifiableError, match="no row with a measured point has readings"):
         symkin.identify(robot, measured)
+
+
+def test_zeros_with_which_no_reading_is_reached_are_named_with_the_corrected_drawing(
+    hexapod, tracked
+):
+    parameters = hexapod.parameters.copy()
+    parameters[:, hexapod.parameter_names.index("sensor_offset")] -= 1.0  # m of the strut
+    drawn = hexapod.with_parameters(parameters, symmetry=None)
+    with pytest.raises(NotIdentifiableError, match="no row with a measured point") as refused:
+        symkin.identify(drawn, tracked[1])
+    assert refused.value.likely_cause.code == "zero"
+    assert refused.value.likely_cause.legs == tuple(range(6))
+    assert symkin.identify(refused.value.redrawn, tracked[1]).converged
+
+
+def test_a_reflector_that_moved_on_the_platform_is_named_with_the_corrected_table(hexapod, tracked):
+    actual, taken = tracked
+    first, second, third = PLACES["spatial"][:3]
+    knocked = first, tuple(np.add(second, (3e-4, -1e-4, 2e-4))), third
+    points = taken.points.copy()
+    points[31:] = seen(hexapod, actual, places=knocked).points[31:]
+    found = symkin.identify(hexapod, dataclasses.replace(taken, points=points))
+    (doubt,) = found.doubts
+    assert (doubt.code, doubt.figures["which"], doubt.rows) == ("point-moved", 2, (32,))
+    again = symkin.identify(hexapod, found.corrected)
+    assert again.trustworthy
+    np.testing.assert_allclose(
+        np.subtract(again.frames.points[3], again.frames.points[1]), (3e-4, -1e-4, 2e-4), atol=3e-5
+    )
+
+
+def test_a_tracker_that_moved_is_named_before_a_leg_that_explains_less(hexapod, tracked):
+    later = np.arange(60)[:, None, None] >= 31
+    by = np.where(later, (3e-4, 1e-4, 2e-4), 0.0)
+    moved = dataclasses.replace(tracked[1], points=tracked[1].points + by)
+    (doubt,) = symkin.identify(hexapod, moved).doubts
+    assert (doubt.code, doubt.legs, doubt.rows) == ("steps", (), (32,))
+    assert symkin.identify(hexapod, moved, step=["frame:32"]).trustworthy
 
 
 def test_more_places_than_points_are_refused(hexapod, tracked):

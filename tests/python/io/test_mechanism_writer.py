@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 import symkin
 from symkin.errors import SymkinError, SymmetryError
 from symkin.files.mechanism_writer import save_mechanism
+from symkin.files.template import mechanism_template
 from symkin.model.mechanism import Leg, Mechanism
 from symkin.model.settings import (
     DeclaredSymmetry,
@@ -350,6 +351,14 @@ def test_comments_of_the_user_survive_where_they_stand(write: Write, tmp_path: P
     ):
         assert part in text, text
     assert text.endswith("\n\n# The end.\n")
+
+
+def test_a_comment_that_says_what_symkin_would_is_said_once(tmp_path: Path) -> None:
+    begun = tmp_path / "begun.toml"
+    begun.write_text(mechanism_template("U[P]S", legs=6))
+    text = saved_again(load_mechanism(begun), tmp_path / "same.toml")
+    assert "\nworking_mode = 1  # -1 or 1: without meaning: the length is the only root\n" in text
+    assert "\npose_count = 24  # for each leg: three times its 8 parameters\n" in text
     assert saved_again(load_mechanism(tmp_path / "same.toml"), tmp_path / "2.toml") == text
 
 

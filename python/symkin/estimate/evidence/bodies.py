@@ -5,14 +5,16 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from typing import NamedTuple, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from symkin.analysis.reflectors import body_of, in_three, is_tracked, motions_of, whole
 from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError
 from symkin.estimate.evidence.findings import Doubt
+from symkin.estimate.evidence.table_edits import UNITS_OF_LENGTHS
 from symkin.estimate.options import EstimateOptions
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import Transform, poses_of
@@ -21,7 +23,6 @@ from symkin.values import Array
 
 _FAR = 5.0  # times as large as the same body in other rows: in another unit
 _LEAST = 0.25  # of the rows are in the unit that is taken for the usual one
-_UNITS = (1.0, 1e-3, 1e-2, 25.4e-3)  # m
 _OF_POINTS = ("base.", "target.", "point")
 
 
@@ -115,6 +116,18 @@ class AsPoses(NamedTuple):
         )
 
 
+def with_another_point(measured: Measurements, point: int, rows: NDArray[np.bool_]) -> Measurements:
+    """With a point in some rows as another one, the last, and not seen there as itself."""
+    arrays: dict[str, Any] = {}
+    for name in ("points", "point_deviations", "point_correlations"):
+        given = getattr(measured, name)
+        if given is not None:
+            both = np.concatenate([given, given[:, [point]]], axis=1)
+            both[rows, point], both[~rows, -1] = np.nan, np.nan
+            arrays[name] = both
+    return dataclasses.replace(measured, **arrays)
+
+
 def _times_as_large(points: Array) -> Array:
     """How large the points' distances are in each row, over those of most; 1 unless that is far."""
     if points.shape[1] < 2:
@@ -166,4 +179,4 @@ def _unit_of(mechanism: Mechanism, readings: Array, places: Array) -> float:
     ]
     if len(sizes) < 2 or min(sizes) <= 0:
         return 1.0
-    return min(_UNITS, key=lambda unit: abs(np.log(unit * sizes[0] / sizes[1])))
+    return min(UNITS_OF_LENGTHS, key=lambda unit: abs(np.log(unit * sizes[0] / sizes[1])))

@@ -523,7 +523,7 @@ def whole_change(doubts: Sequence[Doubt]) -> Doubt | None:
 def doubts_of_changes(tests: Sequence[ChangeTest]) -> Iterator[Doubt]:
     """Say what changed most, and what explains as much: other terms often show a part of it."""
     alarms = [each for each in tests if each.alarms]
-    alarms.sort(key=lambda each: (each.p_value / each.limit, -abs(each.statistic)))
+    alarms.sort(key=lambda each: (not each.whole, each.p_value / each.limit, -abs(each.statistic)))
     if not alarms:
         return
     worst, told = alarms[0], dict[tuple[str, bool], ChangeTest]()

@@ -227,6 +227,11 @@ DOUBTS: Mapping[str, Code] = {
         "homed again{evidence}",
         "identify with {options}, or leave out the rows before or after",
     ),
+    "point-moved": Code(
+        "point {which} is elsewhere on the platform from row {rows} on: it was knocked, or put "
+        "back otherwise",
+        "name its columns from there on as those of another point, p{another}",
+    ),
     "grows": Code(
         "all lengths grow by {amount}, as with the temperature{evidence}",
         "identify with {options}, or measure at one temperature",

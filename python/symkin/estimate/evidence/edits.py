@@ -31,6 +31,7 @@ from symkin.values import Array
 _FEW_LEGS = 4  # of which any combination is tried
 _WIDE_GAIN = 1.0  # of the sensor's gain, where it is in question
 _FAR = 1.5  # times as far as other legs
+_BEYOND = 3.0  # standard deviations from the middle of readings, among which home is none
 _OF_READINGS = ("opposite-sign", "unit-of-readings", "zero-half-a-turn-off")
 _FACTORS = {
     180 / math.pi: "degrees that were stated as radians",
@@ -260,12 +261,19 @@ def _sensors(stated: Correction) -> Iterator[Correction]:
         for name in widths:
             if name in named:
                 yield of(legs, name, nominal)
-    times = _times_as_far(stated)
-    for leg in np.flatnonzero(np.abs(np.log(times)) > math.log(_FAR)).tolist():
+    times, off = _times_as_far(stated), _off_home(stated)
+    starts: list[tuple[str, tuple[int, ...], Array]] = [
+        ("sensor_gain", (leg,), gains[leg] / times[leg])
+        for leg in np.flatnonzero(np.abs(np.log(times)) > math.log(_FAR)).tolist()
+    ]
+    if legs := tuple(np.flatnonzero(off).tolist()):
+        zeros = nominal.parameters[list(legs), named.index("sensor_offset")]
+        starts.append(("sensor_offset", legs, zeros - off[list(legs)]))
+    for name, legs, values in starts:
         parameters = nominal.parameters.copy()
-        parameters[leg, named.index("sensor_gain")] /= times[leg]
+        parameters[list(legs), named.index(name)] = values
         try:
-            yield of((leg,), "sensor_gain", nominal.with_parameters(parameters, symmetry=None))
+            yield of(legs, name, nominal.with_parameters(parameters, symmetry=None))
         except SymkinError:
             continue
 
@@ -301,6 +309,24 @@ def _times_as_far(stated: Correction) -> Array:
         usual = np.median(moved * gains) / gains
     np.divide(moved, usual, out=times, where=(moved > 0) & (usual > 0))
     return times
+
+
+def _off_home(stated: Correction) -> Array:
+    """How far each leg's joint is by its readings from where the drawing has it at home.
+
+    Zero where home is among the readings, or poses are known in the drawing's frame, which tell.
+    From there zeros are found with which the drawing reaches no reading.
+    """
+    nominal, measured, legs = stated.mechanism, stated.measurements, stated.columns
+    whole = np.isfinite(measured.poses).all()
+    if "sensor_offset" not in nominal.parameter_names or (whole and not stated.options.frames):
+        return np.zeros(legs)
+    readings, off = measured.readings[:, :legs], np.zeros(legs)
+    read = np.isfinite(readings).any(axis=0)
+    off[read] = np.nanmedian(readings[:, read], axis=0)
+    off[read] -= nominal.inverse_kinematics(nominal.home[None])[0, :legs][read]
+    far = np.abs(off) > _BEYOND * _spread(readings)
+    return np.where(far, nominal.sensor_gains[:legs] * off, 0.0)
 
 
 def _spread(readings: Array) -> Array:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import operator
 from collections.abc import Callable, Sequence
 from functools import cache, partial
 from typing import NamedTuple
@@ -17,6 +18,8 @@ import numpy as np
 
 from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError
+from symkin.estimate.covariates import clock
+from symkin.estimate.evidence.bodies import with_another_point
 from symkin.estimate.evidence.changes import CHANGES, change_tests, doubts_of_changes, whole_change
 from symkin.estimate.evidence.corrections import (
     Budget,
@@ -76,6 +79,7 @@ from symkin.estimate.found import Found
 from symkin.estimate.options import EstimateOptions
 from symkin.estimate.solution import together
 from symkin.model.mechanism import Mechanism
+from symkin.model.settings import Frames
 
 # Standard deviations: with residuals of this size something else is wrong than a term.
 _GROSS = 30
@@ -354,13 +358,49 @@ def _with_lost_turns(found: Found, what: Noticed) -> Evidence | None:
         return None
     table = with_lost_turns(taken_from(found), found.measurements)
     other = _another(found, found.nominal, table, found.options)
-    if other is None or other.unexplained:
+    return None if other is None else _mended(what, lost, table, other)
+
+
+def _with_moved_point(found: Found, what: Noticed) -> Evidence | None:
+    """What there is to tell once a point that moved on the platform is two, if that is sound.
+
+    A step of legs or frames, which explains a part, tells the row; each point is tried from there.
+    """
+    points, given = found.measurements.points, (found.nominal.frames or Frames()).points
+    if not found.unexplained or points is None or given:
+        return None
+    steps = [each for each in change_tests(found) if each.what == "step"]
+    worst = max(steps, key=lambda each: abs(each.statistic), default=None)
+    if worst is None or worst.p_value >= worst.limit:
+        return None
+    time, count = clock(found.measurements), points.shape[1]
+    later = time >= time[found.measurements.row_numbers == worst.row]
+    tried = []
+    for point in range(count):
+        table = with_another_point(found.measurements, point, later)
+        other = _another(found, found.nominal, table, found.options)
+        if other is not None:
+            tried.append((other.chi_square, point, table, other))
+    tried.sort(key=operator.itemgetter(0, 1))
+    if not tried or (len(tried) > 1 and tried[1][0] - tried[0][0] < BETTER):
+        return None
+    _, point, table, other = tried[0]
+    figures = {"which": point + 1, "another": count + 1}
+    moved = Doubt("point-moved", (), (worst.row,), figures=figures)
+    return _mended(what, [moved], table, other)
+
+
+def _mended(
+    what: Noticed, causes: Sequence[Doubt], table: Measurements, other: Found
+) -> Evidence | None:
+    """What there is to tell beside what a table without it was mended of; None if more is left."""
+    if other.unexplained:
         return None
     left = _tested(other, ())
     if _has_shape(left):
         return None
     rest = judged(other, left) if left.symptoms else Evidence((), (), complete=True)
-    doubts = (*lost, *rest.doubts, *what.lasting)
+    doubts = (*causes, *rest.doubts, *what.lasting)
     return rest._replace(doubts=doubts, corrected=rest.corrected or table)
 
 
@@ -368,12 +408,14 @@ def _judged(estimate: Found, what: Noticed) -> Evidence:
     found, doubts = what.rest or estimate, (*what.lasting, *what.symptoms)
     if what.rest is None and (mended := _with_lost_turns(found, what)) is not None:
         return mended
+    changed = whole_change(what.symptoms)
+    if what.rest is None and changed is None and (mended := _with_moved_point(found, what)):
+        return mended
     cause: Doubt | None = None
     tried: tuple[Hypothesis, ...] = ()
     corrected: Measurements | None = None
     redrawn: Mechanism | None = None
     budget = Budget()
-    changed = whole_change(what.symptoms)
     hidden = any(each.code == "noise-hides-robot" for each in what.symptoms)
     if changed is not None and not hidden:  # of so large a noise anything explains the rest
         return Evidence((*_beside(changed, what.symptoms), *what.lasting), tried, complete=True)

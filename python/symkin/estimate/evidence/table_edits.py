@@ -33,8 +33,14 @@ from symkin.model.poses import (
 )
 from symkin.values import Array
 
-_UNITS = {1e-3: "millimetres", 1e3: "a thousandth of what they should be"}
-_RARER_UNITS = {1e-2: "centimetres", 25.4e-3: "inches"}
+_UNITS = {1e-3: "millimetres, not metres", 1e3: "a thousandth of what they should be"}
+_RARER_UNITS = {
+    1e-2: "centimetres, not metres",
+    25.4e-3: "inches, not metres",
+    10.0: "centimetres, not millimetres",
+    25.4: "inches, not millimetres",
+}
+UNITS_OF_LENGTHS = (1.0, *_UNITS, *_RARER_UNITS)  # of what is taken for a metre
 _SAYS = 3.0  # times the noise that heights are apart
 _MIRRORED = " is mirrored"
 _LEAST_TURNED = 6  # rows
@@ -79,8 +85,7 @@ def _in_units(stated: Correction, units: Mapping[float, str]) -> Iterator[Correc
     for factor, unit in units.items():
         lengths = scaled(stated.measurements, factor)
         if lengths is not None and not _only_noise(stated, lengths):
-            figures = {"unit": unit + ", not metres" * (factor < 1)}
-            cause = Doubt("unit-of-lengths", size=1 / factor, figures=figures)
+            cause = Doubt("unit-of-lengths", size=1 / factor, figures={"unit": unit})
             yield stated._replace(cause=cause, measurements=lengths)
 
 
