@@ -408,7 +408,7 @@ def _expect(key: str, count: int, expected: int) -> None:
 
 def _check_distinct(columns: MeasurementColumns) -> None:
     names = [*filter(None, columns.position), *columns.quaternion, *columns.rotation_vector]
-    names += [*columns.readings, *filter(None, (columns.angle, columns.leg))]
+    names += [*columns.readings, *filter(None, (columns.angle, columns.leg)), columns.robot]
     repeated = [name for name, count in Counter(names).items() if count > 1]
     if repeated:
         raise MeasurementError(f'the column mapping names column "{repeated[0]}" twice')

@@ -20,6 +20,7 @@ _ANGLES = {"phi", "theta", "yaw", "angle", "rotation", "orientation", "rz"}
 _ATTITUDE = ("roll", "pitch", "yaw")
 _COUNTS = {*COUNTS, *(f"{name}s" for name in COUNTS), "ticks"}  # of a size that no name says
 _BESIDE = {"no", "nr", "id", "row", "index", "number", "sample", "pose", "point", "time", "date"}
+_ROBOTS = {"robot", "machine", "serial", "serialno", "serialnumber", "sn"}
 _COORDINATE = re.compile(r"([pqt])([xyzw])")  # as in qx and tx
 
 
@@ -62,10 +63,11 @@ def mapping_for(table: Table, mechanism: Mechanism) -> str:
     space, count = mechanism.space, mechanism.reading_count
     columns = [each for name in table.names if (each := _Column.of(name)) is not None]
     places = _alike(columns, space.position, "m") if space.size else []
-    others = [each for each in columns if not any(each in place for place in places)]
+    robots = [each for each in columns if "".join((*each.before, each.last)) in _ROBOTS]
+    others = [each for each in columns if not any(each in own for own in (*places, robots))]
     readings = _numbered(others, count) or _only(others, count)
     if space.turns and len(places) > 1 and readings:
-        return _of_points(places, readings, mechanism)
+        return _line([*_of_points(places, readings, mechanism), *_of_robots(robots)])
     position = places[0] if len(places) == 1 else []
     if len(position) < space.size or not readings:
         return ""
@@ -95,19 +97,27 @@ def mapping_for(table: Table, mechanism: Mechanism) -> str:
         parts.append(part)
     if further:
         parts.append(further)
-    return f"measurements = {{ {', '.join(parts)} }}"
+    return _line([*parts, *_of_robots(robots)])
+
+
+def _line(parts: Sequence[str]) -> str:
+    return f"measurements = {{ {', '.join(parts)} }}" if all(parts) else ""
+
+
+def _of_robots(found: Sequence[_Column]) -> list[str]:
+    return [f"robot = {_quoted(found[0])}"] if len(found) == 1 else []
 
 
 def _of_points(
     places: Sequence[Sequence[_Column]], readings: Sequence[_Column], mechanism: Mechanism
-) -> str:
+) -> list[str]:
     said = _key("readings", readings, mechanism.reading_unit)
     names = ", ".join(
         f"p{number}_{each.last}_{each.unit or UNIT} = {_quoted(each)}"
         for number, place in enumerate(places, 1)
         for each in place
     )
-    return said and f"measurements = {{ {said}, names = {{ {names} }} }}"
+    return [said, f"names = {{ {names} }}"]
 
 
 def _key(key: str, found: Sequence[_Column], si_unit: str | None) -> str:

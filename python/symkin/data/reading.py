@@ -51,8 +51,6 @@ from symkin.storage.quantities import unit_factor
 from symkin.storage.tables import Table, TableSource, read_table
 from symkin.values import Array
 
-ROBOT = "robot"  # the column of a table of many robots
-
 
 class HoldsMeasurements(Protocol):
     """What measurements came with, as a simulation."""
@@ -122,6 +120,15 @@ def read_measurements(
     """
     mechanism = as_mechanism(mechanism)
     table = only_counting(read_table(source, mechanism.step))
+    robot = robot_column(mechanism, columns)
+    if robot in table.names and robot not in ignore:
+        count = len(table.labels(robot).distinct)
+        if count > 1:
+            raise table.error(
+                f'has rows of {count} robots, by its column "{robot}"; identify them by symkin '
+                "identify-batch, in Python by identify_many, or take out the rows "
+                "of all others"
+            )
     return measurements_of_table(table, mechanism, columns, ignore)
 
 
@@ -200,8 +207,9 @@ def measurements_by_robot(
 
     Parts have in common which numbers of their rows were met.
     """
-    table.require(ROBOT, "the name or number of the robot that the row belongs to")
-    labels = table.labels(ROBOT)
+    robot = robot_column(mechanism, columns)
+    table.require(robot, "the name or number of the robot that the row belongs to")
+    labels = table.labels(robot)
     starts = np.flatnonzero(np.append(True, np.diff(labels.codes) != 0))
     met = dict.fromkeys(labels.codes[starts].tolist())  # in their order of appearance
     places = np.zeros(max(met) + 1, dtype=np.intp)
@@ -215,6 +223,12 @@ def measurements_by_robot(
     ends = np.cumsum(np.bincount(robots))
     names = [labels.distinct[code] for code in met]
     return dict(zip(names, measurements.split(ends.tolist()), strict=True))
+
+
+def robot_column(mechanism: Mechanism, columns: MeasurementColumns | None) -> str:
+    """The column of the robot that a row belongs to, in tables of many."""
+    given = columns or mechanism.measurement_columns
+    return "robot" if given is None else given.robot
 
 
 def measurements_of_table(

@@ -8,7 +8,12 @@ from pathlib import Path
 
 from symkin.data.columns import NumbersMet
 from symkin.data.measurements import Measurements
-from symkin.data.reading import ROBOT, measurements_by_robot, measurements_of_table, read_fleet
+from symkin.data.reading import (
+    measurements_by_robot,
+    measurements_of_table,
+    read_fleet,
+    robot_column,
+)
 from symkin.errors import MeasurementError, SymkinError
 from symkin.estimate.fleet_jobs import Robots
 from symkin.model.mechanism import Mechanism
@@ -76,7 +81,8 @@ def robots_of_table(
     """Robots of one table a part at a time, as `read_fleet` reads it; `RowsApartError` as above."""
     met: set[str] = set()
     numbers = NumbersMet()
-    for number, table in enumerate(_tables(file, mechanism.step, whole)):
+    robot = robot_column(mechanism, columns)
+    for number, table in enumerate(_tables(file, robot, mechanism.step, whole)):
         found = measurements_by_robot(
             table, mechanism, columns, ignore, is_first=not number, row_numbers=numbers
         )
@@ -93,12 +99,15 @@ def _robots_of_file(
     whole: bool,
 ) -> Iterator[Robots]:
     """Of a file that cannot be read, or not to its end, its name and the reason."""
-    tables = enumerate(_tables(file, mechanism.step, whole))
+    robot = robot_column(mechanism, columns)
+    tables = enumerate(_tables(file, robot, mechanism.step, whole))
     numbers = NumbersMet()
     while True:
         try:
             number, table = next(tables)
-            if ROBOT not in table.names:
+            if robot not in table.names:
+                if "robot" in table.names:
+                    raise table.error(f'names robots by "robot"; by the mapping it is "{robot}"')
                 yield {name: measurements_of_table(table, mechanism, columns, ignore)}
                 return
         except StopIteration:
@@ -111,11 +120,11 @@ def _robots_of_file(
         )
 
 
-def _tables(file: Path, step: str, whole: bool) -> Iterator[Table]:
+def _tables(file: Path, robot: str, step: str, whole: bool) -> Iterator[Table]:
     if whole:
         yield read_table(file, step)
     else:
-        yield from table_blocks(file, ROBOT, step)
+        yield from table_blocks(file, robot, step)
 
 
 def _require_together(file: Path, met: set[str], found: Robots) -> None:

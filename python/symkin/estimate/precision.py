@@ -277,9 +277,10 @@ def _is_seen(taken: Measurements) -> bool:
 def directions_of(found: Found, tolerances: Array) -> tuple[Direction, ...]:
     """The combinations that are known worst and best, over what was known before.
 
-    `tolerances` are those of the columns, NaN without; columns without one are left out.
+    `tolerances` are those of the columns, NaN without; columns without one are left out, and what
+    a fit without an end says nothing of.
     """
-    kept = np.isfinite(tolerances)
+    kept = np.isfinite(tolerances) & np.isfinite(np.diag(found.covariance))
     if not kept.any():
         return ()
     scale = tolerances[kept]

@@ -241,6 +241,7 @@ MEASUREMENTS = table(
         "orientation_unit": text(),
         "reading_unit": text(),
         "leg": text(),
+        "robot": text(),
         "names": Kind(_names, {"type": "object", "additionalProperties": {"type": "string"}}),
     },
     ("readings",),

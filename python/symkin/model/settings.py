@@ -434,6 +434,8 @@ class MeasurementColumns(_Settings):
         Units, such as "mm", "deg" and "rev".
     leg : str or None
         Column of the leg (1, 2, ...) whose set the pose belongs to.
+    robot : str
+        Column of the robot that the row belongs to, of tables of many.
     names : mapping of str to str, or None
         Columns of what else was observed, and of standard deviations: the key is symkin's name with
         the column's unit, such as ``height_mm`` or ``x_sd_mm``, the value the table's. None stands
@@ -451,5 +453,6 @@ class MeasurementColumns(_Settings):
     orientation_unit: str | None = None
     reading_unit: str | None = None
     leg: str | None = None
+    robot: str = "robot"
     names: Mapping[str, str] | None = field(default_factory=dict, hash=False)
     source: Path | None = field(default=None, compare=False)

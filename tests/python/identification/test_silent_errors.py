@@ -15,6 +15,7 @@ import pytest
 import symkin
 from symkin.errors import NotIdentifiableError
 from symkin.estimate.evidence.residuals import doubts_of_residuals
+from symkin.estimate.precision import directions_of
 from symkin.model.settings import Tolerances
 from symkin.planning.simulation import disturb
 
@@ -971,3 +972,13 @@ def test_a_drawing_that_does_not_reach_its_own_home_ends_in_no_traceback():
     drawn = drawn_wrong(drawn, "distal_length", 0.6)
     with pytest.raises(symkin.SymkinError):
         symkin.identify(drawn, positions)
+
+
+def test_a_leg_without_an_end_leaves_the_directions_of_the_others():
+    robot = symkin.load_mechanism("5bar")
+    taken = symkin.simulate(robot, symkin.plan(robot, 24)).measurements
+    found = symkin.identify(robot, taken)
+    covariance = found.covariance.copy()
+    covariance[:6] = covariance[:, :6] = np.nan
+    directions = directions_of(replace(found, covariance=covariance), np.ones(12))
+    assert {each for way in directions for each in way.unknowns} <= set(found.names[6:])

@@ -10,6 +10,7 @@ import pytest
 
 import symkin
 from symkin.data.foreign import mapping_for
+from symkin.data.reading import read_fleet
 from symkin.errors import MeasurementError
 from symkin.storage.tables import read_table
 
@@ -36,6 +37,12 @@ def proposed(robot: str, names: list[str]) -> str:
             ["Nr", "X", "Y", "Servo links", "Servo rechts"],
             'position = ["X", "Y"], position_unit = "?", '
             'readings = ["Servo links", "Servo rechts"], reading_unit = "?"',
+        ),
+        (
+            "5bar",
+            ["Serial No", "X [mm]", "Y [mm]", "left [deg]", "right [deg]"],
+            'position = ["X [mm]", "Y [mm]"], position_unit = "mm", '
+            'readings = ["left [deg]", "right [deg]"], reading_unit = "deg", robot = "Serial No"',
         ),
         (
             "5bar",
@@ -141,3 +148,34 @@ def test_a_mapping_is_proposed_where_readings_alone_have_foreign_names(robot: st
     columns |= {f"joint{leg + 1}": each for leg, each in enumerate(taken.readings.T)}
     with pytest.raises(MeasurementError, match=r'readings = \["joint1", "joint2", "joint3"'):
         symkin.read_measurements(columns, mechanism)
+
+
+def fleet_of_two(robot: symkin.Robot, name: str) -> dict[str, object]:
+    taken = symkin.simulate(robot, symkin.plan(robot, 6)).measurements
+    rows = len(taken.poses)
+    return {
+        name: ["A7"] * rows + ["A8"] * rows,
+        "x_m": np.tile(taken.poses[:, 0], 2),
+        "y_m": np.tile(taken.poses[:, 1], 2),
+        "psi_1_rad": np.tile(taken.readings[:, 0], 2),
+        "psi_2_rad": np.tile(taken.readings[:, 1], 2),
+    }
+
+
+def test_a_mapping_says_which_column_names_the_robot(tmp_path: Path) -> None:
+    robot = symkin.load_mechanism("5bar")
+    (tmp_path / "columns.toml").write_text(
+        'measurements = { position = ["x_m", "y_m"], readings = ["psi_1_rad", "psi_2_rad"], '
+        'robot = "Serial" }'
+    )
+    mapping = symkin.load_columns(tmp_path / "columns.toml")
+    read = read_fleet(fleet_of_two(robot, "Serial"), robot, mapping)
+    assert list(read) == ["A7", "A8"]
+    np.testing.assert_array_equal(read["A7"].readings, read["A8"].readings)
+
+
+def test_rows_of_several_robots_are_not_taken_for_those_of_one() -> None:
+    robot = symkin.load_mechanism("5bar")
+    table = fleet_of_two(robot, "robot")
+    with pytest.raises(MeasurementError, match='rows of 2 robots, by its column "robot"'):
+        symkin.read_measurements(table, robot)

@@ -162,7 +162,9 @@ DOUBTS: Mapping[str, Code] = {
     ),
     "turns-away": Code(
         "{legs}: all readings are {turns} away from the sensor's zero that the mechanism has, "
-        "which the gain and the offset then have to explain"
+        "which the gain and the offset then have to explain",
+        "move the column by as much, or declare reading_wraps = true in the drawing if the sensor "
+        "shows each turn the same",
     ),
     "turns-lost": Code(
         "{legs}: {count} of {total} readings are a turn away from the others (rows {rows}): the "
