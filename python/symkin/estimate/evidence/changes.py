@@ -170,16 +170,6 @@ class Rows:
         """How many standard deviations of noise as declared there are of a column alone."""
         return -float(np.sum(column * self.residual)) / self.length(column)
 
-    def dropped(self, columns: Sequence[Array]) -> float:
-        """How much of the residuals' square what is left of columns explains, never more than all.
-
-        Far from the estimate, where the rest is what priors ask for, one step explains anything.
-        """
-        left = np.column_stack([self.left(each).ravel() for each in columns])
-        left = left / np.linalg.norm(left, axis=0)
-        fitted, *_ = np.linalg.lstsq(left, self.residual.ravel(), rcond=1e-8)
-        return float(np.square(left @ fitted).sum())
-
     def explained(self, columns: Sequence[Array]) -> Explained:
         """By columns together, which may be of very different lengths, or alike."""
         stacked = np.stack(columns)
@@ -207,19 +197,18 @@ def change_tests(found: Found, apart: Sequence[int] = ()) -> tuple[ChangeTest, .
     terms = list(terms_of_changes(found, rows))
     if not terms:
         return ()
-    square = float(np.square(rows.residual).sum())
+    square = rows.square
     drops = {each.kind: _drop(rows, terms, each.kind) for each in terms}
     drop, count = max(drops.values())
     most = drop  # what legs do as they come to rest looks a little like a lag
-    # Of what priors ask for a step may seem to explain something, far from the drawing.
-    scale = np.sqrt(max((rows.square - drop) / max(rows.spare - count, 1), 1.0))
+    scale = np.sqrt(max((square - drop) / max(rows.spare - count, 1), 1.0))
     counts = {step: sum((each.what == "step") == step for each in terms) for step in (False, True)}
     tests, before = [], usual(square, rows.spare)
     names, units = _names(found, terms)
     for term, name, unit in zip(terms, names, units, strict=True):
         statistic = rows.score(term.column) / float(scale)
         drop, many = drops[term.kind]
-        left_over = usual(square - drop, rows.spare - many)
+        left_over = is_noise(square - drop, rows.spare - many)
         size = float(statistic * scale / term.length)
         tests.append(
             ChangeTest(
@@ -250,10 +239,19 @@ def usual(square: float, degrees: int) -> bool:
     return degrees > 0 and bool(_core.chi_square_tail(max(square, 0.0), degrees) > FALSE_ALARMS)
 
 
+def is_noise(square: float, degrees: int) -> bool:
+    """Whether noise alone leaves such a chi-square, neither more nor hardly any.
+
+    Far from the estimate, one step explains more than there is.
+    """
+    too_good = square <= 0 or _core.chi_square_tail(square, max(degrees, 1)) > 1 - FALSE_ALARMS
+    return usual(square, degrees) and not too_good
+
+
 def _drop(rows: Rows, terms: Sequence[Term], kind: tuple[str, bool]) -> tuple[float, int]:
     """How much of chi-square all terms of a kind explain together, and how many they are."""
     own = [each.column for each in terms if each.kind == kind]
-    return rows.dropped(own), len(own)
+    return rows.explained(own).drop, len(own)
 
 
 def terms_of_changes(found: Found, rows: Rows) -> Iterator[Term]:

@@ -17,10 +17,9 @@ import numpy as np
 
 from symkin import _core
 from symkin.errors import SymkinError
-from symkin.estimate.evidence.changes import Rows, rows_of_changes, usual
+from symkin.estimate.evidence.changes import Rows, is_noise, rows_of_changes
 from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.evidence.sag import SAG_ALARMS, places_of
-from symkin.estimate.fit import FALSE_ALARMS
 from symkin.estimate.found import Found
 from symkin.values import Array
 
@@ -48,8 +47,7 @@ def distortion_that_explains(found: Found) -> Doubt | None:
     stacked = with_frames(rows, columns)
     sizes, covariance, drop = rows.explained(stacked)
     count, square, spare = len(stacked), rows.square, rows.spare - len(stacked)
-    # Of an estimate so far off that one step says nothing, that may explain more than there is.
-    if not usual(square - drop, spare) or _too_good(square - drop, spare):
+    if not is_noise(square - drop, spare):
         return None
     scale = max((square - drop) / spare, 1.0)
     statistic = drop / count / scale
@@ -112,11 +110,6 @@ def seen_from(rows: Rows, columns: Mapping[str, Array], power: float) -> dict[st
         name: max(high / rows.length(column), (_CLEAR + beyond) * float(deviation))
         for (name, column), deviation in zip(columns.items(), deviations, strict=False)
     }
-
-
-def _too_good(square: float, degrees: int) -> bool:
-    """Whether hardly a sound robot has so small a chi-square."""
-    return square <= 0 or bool(_core.chi_square_tail(square, degrees) > 1 - FALSE_ALARMS)
 
 
 def _fields(

@@ -14,7 +14,7 @@ import numpy as np
 
 from symkin import _core
 from symkin.errors import SymkinError
-from symkin.estimate.evidence.changes import Rows, rows_of_changes, thousandths, usual
+from symkin.estimate.evidence.changes import Rows, is_noise, rows_of_changes, thousandths
 from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.evidence.residuals import ALARMS
 from symkin.estimate.found import Found
@@ -49,7 +49,7 @@ def doubts_of_sag(
     worst = max(scores, key=lambda name: abs(scores[name]))
     p_value = float(_core.chi_square_tail(scores[worst] ** 2, 1))
     most = not whole and drop > (square - rows.spare) / 2
-    accounted = most or usual(square - drop, spare)
+    accounted = most or is_noise(square - drop, spare)
     if p_value >= SAG_ALARMS / len(columns) or not accounted:
         return
     deviation = float(scale / rows.length(columns[worst]))
