@@ -221,6 +221,24 @@ def twice(_: symkin.Mechanism, taken: Table, __: np.random.Generator) -> Table:
     return taken.subset(np.tile(np.arange(half), 2))
 
 
+def halves(robot: symkin.Mechanism, taken: Table, random: np.random.Generator) -> Table:
+    """The second half of the rows of another robot."""
+    half = len(taken.poses) // 2
+    later = plan_of(robot, taken.poses[half:])
+    while True:  # until one takes all poses
+        seed = int(random.integers(1 << 30))
+        try:
+            seen = symkin.simulate(robot, later, seed).measurements.for_all_legs()
+            break
+        except symkin.SymkinError:
+            continue
+    count = half + len(seen.poses)
+    readings = np.concatenate([taken.readings[:half], seen.readings])
+    readings[np.isnan(taken.readings[:count])] = np.nan
+    measured = np.concatenate([taken.poses[:half], seen.poses])
+    return replace(taken.subset(np.arange(count)), poses=measured, readings=readings)
+
+
 def noisy(robot: symkin.Mechanism, values: Any, random: np.random.Generator) -> Any:
     """Noise of positions 3.2 times as large as declared."""
     size = robot.space.size
@@ -392,6 +410,7 @@ CORRUPTIONS: Mapping[str, Corruption] = {
         readings(lambda _, r, __: r[:, [0, 0, *range(2, r.shape[1])]]), ("columns-copied",)
     ),
     "half the file twice": Corruption(twice, ("rows-copied",)),
+    "half the rows of another robot": Corruption(halves, ("rows-of-another-robot",)),
     "a leg read twice as far": Corruption(first(lambda r: 2 * r), ("gain",)),
     "the target 20 mm off": Corruption(target_off(0.02), FRAME),
     "the target 0.5 mm off": Corruption(target_off(5e-4), FRAME, assumed="target"),
@@ -412,7 +431,7 @@ CORRUPTIONS: Mapping[str, Corruption] = {
     "growth 500 ppm": Corruption(growing(5e-4), ("grows",), assumed="scale"),
     "growth 50 ppm": Corruption(growing(5e-5), ("grows",), assumed="scale"),
     "sag": Corruption(poses(sagging), ("sags",), assumed="sag"),
-    "a loose joint": Corruption(readings(loose)),
+    "a loose joint": Corruption(readings(loose), ("readings-scatter",)),
     "coarse readings": Corruption(
         readings(lambda _, r, __: np.round(r / np.ptp(r, axis=0) * 64) * np.ptp(r, axis=0) / 64),
         ("readings-coarse",),

@@ -14,6 +14,7 @@ import pytest
 
 import symkin
 from symkin.errors import NotIdentifiableError
+from symkin.estimate.evidence import scatter
 from symkin.estimate.evidence.residuals import doubts_of_residuals
 from symkin.estimate.precision import directions_of
 from symkin.model.settings import Tolerances
@@ -864,6 +865,85 @@ def test_sensors_that_run_out_of_true_are_no_distorted_device():
     said = {each.code for told in doubts for each in (told, *told.others)}
     assert "sensor-eccentric" in said
     assert "device-distorted" not in said
+
+
+@pytest.mark.parametrize("options", [{}, {"prior": "tolerances"}, {"frames": ["base"]}], ids=str)
+@pytest.mark.parametrize("name", ["3RPS", "rotary_delta"])
+def test_a_leg_that_has_play_is_told_with_its_size(name, options):
+    robot = symkin.load_mechanism(name)
+    for seed in range(1, 4):
+        taken = at_random(robot, seed).for_all_legs()
+        play = 3e-4 * np.random.default_rng(seed).choice([-1, 1], len(taken.readings))
+        readings = np.array(taken.readings)
+        readings[:, 1] += play
+        told = symkin.identify(robot, replace(taken, readings=readings), **options).doubts[0]
+        assert (told.code, told.legs) == ("readings-scatter", (1,))
+        assert told.size == pytest.approx(3e-4, rel=0.4)
+
+
+def test_play_that_chi_square_does_not_see_is_told():
+    """Many poses of a plan hardly show it, so that noise explains the sum of all."""
+    robot = symkin.load_mechanism("5bar")
+    plan = symkin.make_plan(robot, symkin.sample_workspace(robot, 2000, seed=1), seed=1)
+    told = seen = 0
+    for seed in range(10):
+        taken = symkin.simulate(robot, plan, seed).measurements
+        assert symkin.identify(robot, taken).trustworthy
+        play = np.random.default_rng(seed).choice([-1, 1], len(taken.readings))
+        readings = np.array(taken.readings)
+        readings[:, 0] += 3e-4 / robot.characteristic_length * play
+        found = symkin.identify(robot, replace(taken, readings=readings))
+        told += [each.code for each in found.doubts] == ["readings-scatter"]
+        seen += found.unexplained
+    assert told > seen
+    assert told >= 6
+
+
+def test_the_tail_of_a_sum_of_squares_is_that_of_many():
+    random = np.random.default_rng(1)
+    weights = np.array([5.0, 3.0, 1.0, *(0.2,) * 20])
+    sums = np.square(random.standard_normal((400_000, len(weights)))) @ weights
+    for probability in (0.05, 1e-3):
+        scores = np.sqrt(np.quantile(sums, 1 - probability)) * np.eye(len(weights))[0]
+        told = scatter._Scatter(0, scores, weights).p_value
+        assert told == pytest.approx(probability, rel=0.1)
+
+
+@pytest.mark.parametrize(
+    ("name", "options"),
+    [
+        ("3RRR", {}),
+        ("3RRR", {"prior": "tolerances"}),
+        ("rotary_delta", {"frames": ["base"]}),
+        ("3RPS", {"estimator": "joint"}),
+    ],
+)
+def test_rows_of_another_robot_are_told_from_which_row_on(name, options):
+    robot = symkin.load_mechanism(name)
+    one, other = (at_random(robot, seed).for_all_legs() for seed in (1, 2))
+    later = np.arange(len(one.poses))[:, None] >= 17
+    both = replace(
+        one,
+        poses=np.where(later, other.poses, one.poses),
+        readings=np.where(later, other.readings, one.readings),
+    )
+    told = symkin.identify(robot, both, **options).doubts[0]
+    assert (told.code, told.rows) == ("rows-of-another-robot", (int(one.row_numbers[17]),))
+    assert told.explains
+
+
+def test_zeros_set_anew_and_a_device_that_was_moved_are_no_other_robot():
+    robot = symkin.load_mechanism("3RRR")
+    taken = at_random(robot, 1).for_all_legs()
+    later = np.arange(len(taken.poses))[:, None] >= 17
+    moved = replace(
+        taken,
+        poses=taken.poses + later * [1e-3, -2e-3, 0],
+        readings=taken.readings + later * [2e-3, -1e-3, 3e-3],
+    )
+    doubts = symkin.identify(robot, moved).doubts
+    assert doubts
+    assert "rows-of-another-robot" not in {each.code for each in doubts}
 
 
 def test_turns_that_a_sensor_lost_are_told_with_the_table_that_has_them():

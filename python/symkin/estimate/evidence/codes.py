@@ -69,6 +69,11 @@ CAUSES: Mapping[str, Code] = {
         "give all of them in {usual}",
         {"what": "the positions", "usual": "metres"},
     ),
+    "rows-of-another-robot": Code(
+        "the rows from row {row} on are of another robot than those before, or it was altered "
+        "between: each part fits by itself",
+        "identify each part by itself",
+    ),
     "rows-far-off": Code(
         "{which} {be} far from what the drawing and the other rows say of {it}, as where a digit "
         "or a sign is mistyped",
@@ -183,6 +188,11 @@ DOUBTS: Mapping[str, Code] = {
     "readings-coarse": Code(
         "the readings of {legs} take only {count} values in steps of {size:.3g} {unit}: rounded, "
         "repeated, or of a coarse sensor"
+    ),
+    "readings-scatter": Code(
+        "what {whose} shows scatters by {amount} more than noise explains: a joint of that leg or "
+        "the sensor has play, or single readings are wrong{evidence}",
+        "look for what is loose there",
     ),
     "rows-unlike": Code(
         "{these} not fit the others: look at the measurement, or use a robust loss"

@@ -57,6 +57,7 @@ from symkin.estimate.evidence.measured import (
 )
 from symkin.estimate.evidence.models import Fitting, help_of, model_of
 from symkin.estimate.evidence.outliers import Outlier, doubts_of_rows, explain_all, outliers_of
+from symkin.estimate.evidence.parts import of_another_robot
 from symkin.estimate.evidence.residuals import (
     BETTER,
     ResidualTest,
@@ -65,6 +66,7 @@ from symkin.estimate.evidence.residuals import (
     tests_of,
 )
 from symkin.estimate.evidence.sag import doubts_of_sag
+from symkin.estimate.evidence.scatter import doubts_of_scatter
 from symkin.estimate.evidence.sessions import (
     SESSIONS,
     doubts_of_sessions,
@@ -103,6 +105,8 @@ _OF_RESIDUALS = (_SHAPES - CHANGES - SESSIONS - {_DISTORTED}) | {
     "few-far-off",
     "readings-coarse",
 }
+# What readings that scatter bring about.
+_OF_SCATTER = {"residuals-large", "few-far-off", "legs-together", "rows-unlike"}
 # How far parameters are from the drawing, which any of these makes of a sound robot's.
 _OF_PARAMETERS = {"moved-together", "parameters-far", "far-from-drawing", "parameters-unknown"}
 
@@ -222,6 +226,8 @@ def _noticed(
         far_off = [*implausible_parameters(found), *strained_ties(found)]
         sags = _sags_within_tolerances(found, apart) if far_off and not symptoms else []
         symptoms += sags or far_off
+    if told_apart and not far:
+        symptoms = _with_scatter(symptoms, [*doubts_of_scatter(found, apart)])
     if changes:  # which say what is alike
         symptoms = [each for each in symptoms if not each.code.startswith("neighbours-")]
     symptoms += [*hiding_noise(found), *unknown_parameters(found)]
@@ -248,6 +254,14 @@ def _with_distortion(symptoms: list[Doubt], distorted: Doubt | None) -> list[Dou
     left_out = {*CHANGES, "sags"}
     told = [each for each in symptoms if not each.options and each.code not in left_out]
     return [dataclasses.replace(distorted, others=alike), *told]
+
+
+def _with_scatter(symptoms: list[Doubt], scattered: list[Doubt]) -> list[Doubt]:
+    """What is told if readings that scatter would explain it all, and better than all else."""
+    rivals = [each for each in symptoms if each.code not in _OF_SCATTER]
+    best = min((each.p for each in rivals if math.isfinite(each.p)), default=1.0)
+    better = scattered and whole_change(rivals) is None and scattered[0].p < _AS_LIKELY * best
+    return [*scattered, *symptoms] if better or not rivals else symptoms
 
 
 def _sags_within_tolerances(found: Found, apart: Sequence[int]) -> list[Doubt]:
@@ -435,6 +449,9 @@ def _judged(estimate: Found, what: Noticed) -> Evidence:
                 corrected, redrawn = corrected_table(tried), corrected_drawing(tried)
             if rest is found.measurements or (cause is not None and cause.explains):
                 break
+        steps = {each.code for each in what.symptoms if each.figures.get("most") is True}
+        if (cause is None or not cause.explains) and gross is None and steps <= {"steps"}:
+            cause = of_another_robot(found, partial(_another, found)) or cause
         if gross is not None and (cause is None or not cause.explains):
             cause, corrected, redrawn = gross, None, None
         if cause is None and not found.legs:  # dearer than what comes before it
