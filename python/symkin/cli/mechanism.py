@@ -383,7 +383,8 @@ def import_(
         argument(
             "FILE",
             "Klipper's printer.cfg of a delta, a model in MJCF, URDF or SDF, or a log: of "
-            "Marlin, RepRapFirmware, Motive, Vicon, ROS, Maslow, JSON or Excel.",
+            "Marlin, RepRapFirmware, Motive, Vicon, ROS, Maslow, JSON, Excel, or a tracker's "
+            "list of points.",
         ),
     ],
     out: Annotated[Path, folder_of("mechanism.toml, and probed.csv or measurements.csv")],
@@ -391,8 +392,8 @@ def import_(
         Path | None,
         argument(
             "BESIDE",
-            "Beside motion capture: what the encoders showed, with times. Beside a model: a "
-            "TOML file of its loops.",
+            "Beside motion capture: what the encoders showed, with times. Beside points: "
+            "a row a pose. Beside a model: a TOML file of its loops.",
         ),
     ] = None,
     mechanism: Annotated[

@@ -25,7 +25,7 @@ _COORDINATE = re.compile(r"([pqt])([xyzw])")  # as in qx and tx
 
 
 @record
-class _Column:
+class ColumnName:
     """A column by the words of its name: those before the last, the last, and its unit."""
 
     name: str
@@ -34,7 +34,7 @@ class _Column:
     unit: str
 
     @classmethod
-    def of(cls, name: str) -> _Column | None:
+    def of(cls, name: str) -> ColumnName | None:
         """None of a name without words."""
         stem, unit = name, ""
         if found := _UNIT.fullmatch(name):
@@ -61,7 +61,7 @@ def mapping_for(table: Table, mechanism: Mechanism) -> str:
     platform that turns. A unit that no name says is `UNIT`.
     """
     space, count = mechanism.space, mechanism.reading_count
-    columns = [each for name in table.names if (each := _Column.of(name)) is not None]
+    columns = [each for name in table.names if (each := ColumnName.of(name)) is not None]
     places = _alike(columns, space.position, "m") if space.size else []
     robots = [each for each in columns if "".join((*each.before, each.last)) in _ROBOTS]
     others = [each for each in columns if not any(each in own for own in (*places, robots))]
@@ -104,12 +104,12 @@ def _line(parts: Sequence[str]) -> str:
     return f"measurements = {{ {', '.join(parts)} }}" if all(parts) else ""
 
 
-def _of_robots(found: Sequence[_Column]) -> list[str]:
+def _of_robots(found: Sequence[ColumnName]) -> list[str]:
     return [f"robot = {_quoted(found[0])}"] if len(found) == 1 else []
 
 
 def _of_points(
-    places: Sequence[Sequence[_Column]], readings: Sequence[_Column], mechanism: Mechanism
+    places: Sequence[Sequence[ColumnName]], readings: Sequence[ColumnName], mechanism: Mechanism
 ) -> list[str]:
     said = _key("readings", readings, mechanism.reading_unit)
     names = ", ".join(
@@ -120,7 +120,7 @@ def _of_points(
     return [said, f"names = {{ {names} }}"]
 
 
-def _key(key: str, found: Sequence[_Column], si_unit: str | None) -> str:
+def _key(key: str, found: Sequence[ColumnName], si_unit: str | None) -> str:
     """A key of the line, with that of its unit; nothing if there is none, or that is another."""
     names = [_quoted(each) for each in found]
     if not names:
@@ -134,7 +134,7 @@ def _key(key: str, found: Sequence[_Column], si_unit: str | None) -> str:
     return f'{said}, {_UNIT_KEYS[key]} = "{unit or UNIT}"'
 
 
-def _attitude(columns: Sequence[_Column]) -> str:
+def _attitude(columns: Sequence[ColumnName]) -> str:
     """The key that says which columns are roll, pitch and yaw, with their units; or nothing."""
     named = {name: [each for each in columns if each.last == name] for name in _ATTITUDE}
     names = []
@@ -145,11 +145,13 @@ def _attitude(columns: Sequence[_Column]) -> str:
     return f"names = {{ {', '.join(names)} }}"
 
 
-def _quoted(column: _Column) -> str:
+def _quoted(column: ColumnName) -> str:
     return json.dumps(column.name, ensure_ascii=False)
 
 
-def _alike(columns: Sequence[_Column], last: Sequence[str], si_unit: str) -> list[list[_Column]]:
+def _alike(
+    columns: Sequence[ColumnName], last: Sequence[str], si_unit: str
+) -> list[list[ColumnName]]:
     """Columns that begin alike and end in these, of this unit or of none that a name says."""
     found = []
     for before in dict.fromkeys(each.before for each in columns):
@@ -160,13 +162,13 @@ def _alike(columns: Sequence[_Column], last: Sequence[str], si_unit: str) -> lis
     return [each for each in found if each[0].unit == "" or is_unit(each[0].unit, si_unit)]
 
 
-def _numbered(columns: Sequence[_Column], count: int) -> list[_Column]:
+def _numbered(columns: Sequence[ColumnName], count: int) -> list[ColumnName]:
     """So many columns that begin alike and are numbered on; none if there are several such."""
     found = list(_runs(columns, count))
     return found[0] if len(found) == 1 else []
 
 
-def _only(columns: Sequence[_Column], count: int) -> list[_Column]:
+def _only(columns: Sequence[ColumnName], count: int) -> list[ColumnName]:
     """The columns that are left, if they are so many and none is by its name something else."""
     left = [each for each in columns if each.last not in _BESIDE]
     units = {each.unit for each in left}
@@ -174,7 +176,7 @@ def _only(columns: Sequence[_Column], count: int) -> list[_Column]:
     return left if len(left) == count and len(units) == 1 and not other else []
 
 
-def _runs(columns: Sequence[_Column], count: int) -> Iterator[list[_Column]]:
+def _runs(columns: Sequence[ColumnName], count: int) -> Iterator[list[ColumnName]]:
     for before in dict.fromkeys(each.before for each in columns):
         own = {
             int(each.last): each

@@ -556,3 +556,56 @@ def test_damaged_logs_are_read_or_refused(tmp_path):
 def test_every_format_has_a_name_of_its_own():
     names = [each.name for each in FORMATS]
     assert len(set(names)) == len(names)
+
+
+def listed(names, unit=" [mm]", hidden=()):
+    """A tracker's export: a row a point, semicolons and decimal commas."""
+    rows = [f"Point;X{unit};Y{unit};Z{unit};Time"]
+    for k, name in enumerate(names):
+        if k not in hidden:
+            rows.append(f"{name};{k},5;{2 * k},25;-{k},0;10:00:{k:02d}")
+    return "\n".join(rows) + "\n"
+
+
+NAMED = [f"A::Pose{pose:03d}::SMR{point}" for pose in (7, 8, 9, 10) for point in (1, 2, 3)]
+READ = "no;psi_1_mm;psi_2_mm\n8;1,5;2,5\n7;3,5;4,5\n9;5,5;6,5\n10;7,5;8,5\n"
+
+
+def test_a_trackers_list_of_points_becomes_a_row_a_pose_with_its_readings(tmp_path):
+    log = written(tmp_path, "tracker.txt", listed(NAMED, hidden=(4,)))
+    found = import_log(log, written(tmp_path, "read.csv", READ))
+    np.testing.assert_array_equal(found.columns["p1_x_mm"], [3.5, 0.5, 6.5, 9.5])
+    np.testing.assert_array_equal(found.columns["p2_y_mm"], [np.nan, 2.25, 14.25, 20.25])
+    np.testing.assert_array_equal(found.columns["p3_z_mm"], [-5.0, -2.0, -8.0, -11.0])
+    np.testing.assert_array_equal(found.columns["psi_2_mm"], [2.5, 4.5, 6.5, 8.5])
+    np.testing.assert_array_equal(found.columns["pose"], [8, 7, 9, 10])
+    assert found.took[0].endswith("11 of which were seen")
+    assert found.took[1].endswith("by no")
+
+
+def test_names_of_points_that_come_again_begin_the_next_pose(tmp_path):
+    names = ["left", "right", "top", "left", "top", "left", "right"]
+    found = import_log(written(tmp_path, "tracker.txt", listed(names)))
+    np.testing.assert_array_equal(found.columns["p1_x_mm"], [0.5, 3.5, 5.5])
+    np.testing.assert_array_equal(found.columns["p2_x_mm"], [1.5, np.nan, 6.5])
+    np.testing.assert_array_equal(found.columns["p3_x_mm"], [2.5, 4.5, np.nan])
+
+
+@pytest.mark.parametrize(
+    ("names", "unit", "beside", "said"),
+    [
+        (NAMED, "", None, "does not say in which unit"),
+        (NAMED[:3] + NAMED, " [mm]", None, "has point 1 of pose 7 twice"),
+        ([*NAMED, "SMR 1"], " [mm]", None, "unequally many words"),
+        ([f"P{i} S{i % 3} T{i % 2}" for i in range(9)], " [mm]", None, "3 words that change"),
+        (["P1 S1", "P1 S2", "P2 S1", "P2 S2"], " [mm]", None, "as many poses as points"),
+        (["SMR"] * 4, " [mm]", None, "the same name in all rows"),
+        (NAMED, " [mm]", "psi_1_mm\n1\n2\n", "has 2 rows, and the list 4 poses"),
+        (NAMED, " [mm]", "no,psi_1_mm\n7,1\n7,2\n", "has a pose twice"),
+    ],
+)
+def test_lists_that_leave_a_choice_are_refused(tmp_path, names, unit, beside, said):
+    log = written(tmp_path, "tracker.txt", listed(names, unit))
+    other = None if beside is None else written(tmp_path, "read.csv", beside)
+    with pytest.raises(SymkinError, match=said):
+        import_log(log, other)

@@ -14,13 +14,17 @@ from symkin.errors import SymkinError
 from symkin.exports.logs.capture import MOTIVE, ROS, VICON
 from symkin.exports.logs.deltas import MARLIN, REPRAP
 from symkin.exports.logs.log import Asked, ImportedLog, Log, LogFormat
+from symkin.exports.logs.points import POINTS
 from symkin.exports.logs.records import EXCEL, JSON, MASLOW
 from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.storage.tables import file_bytes
 
 __all__ = ["FORMATS", "ImportedLog", "LogFormat", "import_log", "log_format_of"]
 
-FORMATS: tuple[LogFormat, ...] = (MOTIVE, VICON, ROS, EXCEL, JSON, MASLOW, MARLIN, REPRAP)
+FORMATS: tuple[LogFormat, ...] = (
+    *(MOTIVE, VICON, ROS, EXCEL, JSON, MASLOW, MARLIN, REPRAP),
+    POINTS,
+)
 _MOST_BYTES = 300_000_000  # a take of an hour
 
 
@@ -53,7 +57,8 @@ def import_log(
     beside : str or path, optional
         Of motion capture and ROS: what the encoders showed meanwhile, a table with a time and the
         readings, or a topic of joint states. The clocks are aligned by the speeds, and what comes
-        of both are means over rests.
+        of both are means over rests. Of a list of points: a table with a row a pose, by a column of
+        the poses' numbers or in their order.
     mechanism : Mechanism, optional
         The robot, which says where the encoders have it.
     radius : float, optional
@@ -75,9 +80,10 @@ def import_log(
     if found is None:
         known = ", ".join(each.title for each in FORMATS)
         raise log.error(f"is no log that symkin knows; expected {known}")
-    if beside is not None and found not in (MOTIVE, VICON, ROS):
+    if beside is not None and found not in (MOTIVE, VICON, ROS, POINTS):
         raise SymkinError(
-            f"{Path(beside)}: a second log goes with motion capture; {log.path} is {found.title}"
+            f"{Path(beside)}: a second log goes with motion capture and lists of points; "
+            f"{log.path} is {found.title}"
         )
     if radius is not None and not 0 < radius < 1e3:
         raise SymkinError(f"radius is {radius:g}; expected how far from the middle was probed, m")

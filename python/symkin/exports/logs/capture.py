@@ -7,7 +7,6 @@ taken of both are means over rests, since there no clock matters.
 
 from __future__ import annotations
 
-import csv
 import math
 import re
 from collections.abc import Callable, Sequence
@@ -19,7 +18,14 @@ from numpy.typing import NDArray
 from symkin.analysis.clocks import Track, align_clocks, rests_of
 from symkin.data.columns import own_columns, read_readings, reading_column_names
 from symkin.errors import SymkinError
-from symkin.exports.logs.log import Asked, ImportedLog, Log, LogFormat
+from symkin.exports.logs.log import (
+    Asked,
+    ImportedLog,
+    Log,
+    LogFormat,
+    numbers_of,
+    rows_of,
+)
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import quaternions_from_rotation_vectors, rotations_from_quaternions
 from symkin.storage.quantities import unit_factor
@@ -53,38 +59,6 @@ class _Take:
         if np.isfinite(self.positions).any():
             return Track(self.times, self.positions)
         return Track(self.times, self.points.mean(axis=1))
-
-
-_COMMA = re.compile(r"\s*[-+]?\d*,\d+(?:[eE][-+]?\d+)?\s*")
-
-
-def _rows(log: Log) -> list[list[str]]:
-    """Cells between commas; or between semicolons, with which numbers may have a decimal comma."""
-    head = log.lines[0] if log.lines else ""
-    mark = ";" if head.count(";") > head.count(",") else ","
-    try:
-        rows = list(csv.reader(log.lines, delimiter=mark))
-    except csv.Error as error:
-        raise log.error(f"is no CSV: {error}") from error
-    if mark == ",":
-        return rows
-    return [[c.replace(",", ".") if _COMMA.fullmatch(c) else c for c in row] for row in rows]
-
-
-def _numbers(log: Log, rows: Sequence[Sequence[str]], first: int, width: int) -> Array:
-    """Cells as numbers; NaN where nothing was seen. `first` is the number of the first row."""
-    found = np.full((len(rows), width), np.nan)
-    for i, row in enumerate(rows):
-        if len(row) > width:
-            raise log.error(f"row {first + i} has {len(row)} cells; expected {width}")
-        for k, cell in enumerate(row):
-            if not cell.strip():
-                continue
-            try:
-                found[i, k] = float(cell)
-            except ValueError as error:
-                raise log.error(f'row {first + i} has "{cell[:40]}"; expected a number') from error
-    return np.where(np.isfinite(found), found, np.nan)
 
 
 def _of_take(read: Callable[[Log, Asked], _Take], title: str) -> Callable[[Log, Asked], Any]:
@@ -263,7 +237,7 @@ def _is_motive(log: Log) -> bool:
 
 
 def _read_motive(log: Log, asked: Asked) -> _Take:
-    rows = _rows(log)
+    rows = rows_of(log)
     said = dict(zip(rows[0][::2], rows[0][1::2], strict=False))
     unit = said.get("Length Units", "Meters")
     if unit.lower() not in _UNITS:
@@ -280,7 +254,7 @@ def _read_motive(log: Log, asked: Asked) -> _Take:
     what, axes = rows[head - 1], rows[head]
     cells = [[*row, *[""] * (width - len(row))] for row in (by["Type"], by["Name"], what)]
     types, names, kinds = cells
-    data = _numbers(log, rows[head + 1 :], head + 2, width)
+    data = numbers_of(log, rows[head + 1 :], head + 2, width)
     data = data[np.isfinite(data[:, 1])] if width > 1 else data
     if len(data) < 1 or width < 5:
         raise log.error("has no samples below its header")
@@ -350,7 +324,7 @@ def _is_vicon(log: Log) -> bool:
 
 
 def _read_vicon(log: Log, asked: Asked) -> _Take:
-    rows = _rows(log)
+    rows = rows_of(log)
     head = next((i for i, row in enumerate(rows[:8]) if row and row[0].strip() == "Frame"), None)
     if head is None or head < 2 or len(rows) < head + 3:
         raise log.error('has no row that begins with "Frame"; expected what Vicon exports as CSV')
@@ -373,7 +347,7 @@ def _read_vicon(log: Log, asked: Asked) -> _Take:
         (i for i in range(head + 2, len(rows)) if not any(each.strip() for each in rows[i])),
         len(rows),
     )
-    data = _numbers(log, rows[head + 2 : end], head + 3, width)
+    data = numbers_of(log, rows[head + 2 : end], head + 3, width)
     if not len(data):
         raise log.error("has no samples below its header")
     frames = data[:, 0] + (np.nan_to_num(data[:, 1]) / 10 if width > 2 else 0)
@@ -460,7 +434,7 @@ def _stamp_of(names: Sequence[str]) -> tuple[int, int] | None:
 
 def _ros_table(log: Log) -> tuple[list[str], Array]:
     """Names of the columns that hold numbers, time first in s, and their values."""
-    rows = _rows(log)
+    rows = rows_of(log)
     names = [each.strip() for each in rows[0]]
     width = len(names)
     body = [row for row in rows[1:] if any(cell.strip() for cell in row)]
@@ -469,7 +443,7 @@ def _ros_table(log: Log) -> tuple[list[str], Array]:
     stamp = None if names[0] in ("%time", "__time") else _stamp_of(names)
     times = (0,) if stamp is None else stamp
     plain = [*times, *(k for k in range(width) if k not in times and _is_number(body[0], k))]
-    values = _numbers(log, [[row[k] if k < len(row) else "" for k in plain] for row in body], 2,
+    values = numbers_of(log, [[row[k] if k < len(row) else "" for k in plain] for row in body], 2,
                       len(plain))  # fmt: skip
     since = values[:, : len(times)] - values[0, : len(times)]
     if stamp is not None:

@@ -3,14 +3,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import csv
+import re
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from symkin.errors import SymkinError
 from symkin.model.mechanism import Mechanism
-from symkin.values import Value, field, record
+from symkin.values import Array, Value, field, record
+
+_COMMA = re.compile(r"\s*[-+]?\d*,\d+(?:[eE][-+]?\d+)?\s*")
 
 
 @record
@@ -70,3 +76,32 @@ class LogFormat:
     title: str
     recognises: Callable[[Log], bool]  # whether a file is one, by what it holds
     read: Callable[[Log, Asked], ImportedLog]  # what it says
+
+
+def rows_of(log: Log) -> list[list[str]]:
+    """Cells between commas; or between semicolons or tabs, with which a comma may be decimal."""
+    head = log.lines[0] if log.lines else ""
+    mark = max(",;\t", key=head.count)
+    try:
+        rows = list(csv.reader(log.lines, delimiter=mark))
+    except csv.Error as error:
+        raise log.error(f"is no CSV: {error}") from error
+    if mark == ",":
+        return rows
+    return [[c.replace(",", ".") if _COMMA.fullmatch(c) else c for c in row] for row in rows]
+
+
+def numbers_of(log: Log, rows: Sequence[Sequence[str]], first: int, width: int) -> Array:
+    """Cells as numbers; NaN where nothing was seen. `first` is the number of the first row."""
+    found = np.full((len(rows), width), np.nan)
+    for i, row in enumerate(rows):
+        if len(row) > width:
+            raise log.error(f"row {first + i} has {len(row)} cells; expected {width}")
+        for k, cell in enumerate(row):
+            if not cell.strip():
+                continue
+            try:
+                found[i, k] = float(cell)
+            except ValueError as error:
+                raise log.error(f'row {first + i} has "{cell[:40]}"; expected a number') from error
+    return np.where(np.isfinite(found), found, np.nan)
