@@ -773,7 +773,7 @@ def distorted(poses, size, strain=None, lens=0.0):
     ("name", "how", "words"),
     [
         ("5bar", {"strain": [[0.01, 0], [0, 0]]}, "longer along x than along y by 1 %"),
-        ("5bar", {"strain": [[0, 0.006], [0, 0]]}, "x and y from square by 6"),
+        ("5bar", {"strain": [[0, 0.006], [0, 0]]}, "x and y from square by 0.006"),
         ("5bar", {"lens": 0.01}, "as by a lens"),
         ("linear_delta", {"lens": 0.01}, "as by a lens"),
     ],
@@ -807,7 +807,7 @@ def test_a_distortion_that_is_missed_is_told_with_what_it_does_to_the_robot(name
     found = symkin.identify(robot, taken, **options)
     (note,) = (each for each in found.notes if each.code == "unseen")
     stretch = r"device longer along (\w) than along (\w) by ([\d.]+) % \(([\d.]+) times\)"
-    shear = r"device with (\w) and (\w) from square by ([\d.]+) mrad \(([\d.]+) times\)"
+    shear = r"device with (\w) and (\w) from square by ([\d.]+) rad \(([\d.]+) times\)"
     told = re.search(stretch, str(note)) or re.search(shear, str(note))
     size = robot.space.size
     one, other = (robot.space.position.index(told[each]) for each in (1, 2))
@@ -815,7 +815,7 @@ def test_a_distortion_that_is_missed_is_told_with_what_it_does_to_the_robot(name
     if "longer" in told[0]:
         strain[one, one], strain[other, other] = half / 100, -half / 100
     else:
-        strain[one, other] = strain[other, one] = half / 1000
+        strain[one, other] = strain[other, one] = half
     assert np.abs(strain).max() <= 0.005  # no more is usual
     poses = distorted(taken.poses, size, strain=strain)
     wrong = symkin.identify(robot, replace(taken, poses=poses), **options)

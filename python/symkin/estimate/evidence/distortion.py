@@ -158,7 +158,7 @@ def words_of(name: str, size: float, reach: float) -> str:
         amount = f"{200 * abs(size) / reach:.2g} %"
         return f"longer along {longer} than along {shorter} by {amount}"
     if kind == "shear":
-        return f"{axes[0]} and {axes[1]} from square by {2e3 * abs(size) / reach:.2g} mrad"
+        return f"{axes[0]} and {axes[1]} from square by {2 * abs(size) / reach:.2g} rad"
     if kind == "lens":
         way = "outwards" if size > 0 else "inwards"
         return f"{1e3 * abs(size):.2g} mm {way} at the outermost pose, as by a lens"
