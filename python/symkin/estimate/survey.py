@@ -50,6 +50,7 @@ _IN_CACHE = 500  # and made together
 _OF_FRAMES = 12  # scalars of the base frame and the target
 SILENT = 0.9  # of a prior's deviation: the data will say next to nothing
 # Positions beside points.
+_POSED = frozenset({"pose", "position", "straightness", "orientation", "reported", "points"})
 _TRACKED = frozenset({"pose", "position", "straightness", "distance", "height"})
 _BESIDE = (SCALE, BED, SAG, "target", "plane")  # are no part of the robot
 PRIORS_HOLD = 'prior "tolerances" holds parameters; a prior of its own, or fixed, anything'
@@ -182,7 +183,7 @@ class Survey(Value):
         of_each = {*observed.kinds} - words_between_rows()
         if not of_each:
             wanted = with_pairs_defaults(wanted)
-        if of_each == {"height"}:
+        if "height" in of_each and _POSED.isdisjoint(of_each):  # as `is_probed` of measurements
             wanted = with_probing_defaults(wanted)
         if observed.kinds == ("straightness",):
             wanted = with_edge_held(wanted, mechanism.space)

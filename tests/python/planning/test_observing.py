@@ -303,6 +303,24 @@ def test_a_curve_of_a_delta_that_probes_its_bed_knows_that_the_plane_is_unknown(
     assert "tolerances" in curve.page().judgement
 
 
+@pytest.mark.parametrize("beside", [(), ("distance",), ("points",)])
+def test_what_is_unknown_beside_heights_is_what_identify_takes_for_unknown(beside):
+    robot = symkin.load_mechanism("linear_delta")
+    anchors, points = ((0.4, 0.0, 0.2), (-0.2, 0.3, 0.2)), ((0.02, 0.0, 0.0), (0.0, 0.03, 0.0))
+    seen = Observed(
+        ("height", *beside),
+        anchors=anchors if "distance" in beside else (),
+        points=points if "points" in beside else (),
+    )
+    drawn = robot.replace(frames=Frames(anchors=seen.anchors, points=seen.points))
+    poses = symkin.sample_workspace(robot, 60, seed=1).poses
+    exact = symkin.Measurements.of(
+        poses, robot.inverse_kinematics(poses), reading_unit="m", pose_space="translating"
+    )
+    found = symkin.identify(drawn, seen.measure(exact, robot.noise, 1))
+    assert Survey.of(drawn, poses, seen, {}).options.frames == found.options.frames
+
+
 def test_counts_are_for_what_is_observed(paper, sample):
     asked = {"design": "mechanism", **PRIORS}
     curve = symkin.pose_count_curve(paper, sample, [20, 40], **asked)
