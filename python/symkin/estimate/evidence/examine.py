@@ -251,9 +251,7 @@ def _with_distortion(symptoms: list[Doubt], distorted: Doubt | None) -> list[Dou
     if best.p < _AS_LIKELY * distorted.p:
         return symptoms
     alike = (best,) if best is not distorted and distorted.p >= _AS_LIKELY * best.p else ()
-    left_out = {*CHANGES, "sags"}
-    told = [each for each in symptoms if not each.options and each.code not in left_out]
-    return [dataclasses.replace(distorted, others=alike), *told]
+    return [dataclasses.replace(distorted, others=alike), *_unasked(symptoms)]
 
 
 def _with_scatter(symptoms: list[Doubt], scattered: list[Doubt]) -> list[Doubt]:
@@ -261,7 +259,13 @@ def _with_scatter(symptoms: list[Doubt], scattered: list[Doubt]) -> list[Doubt]:
     rivals = [each for each in symptoms if each.code not in _OF_SCATTER]
     best = min((each.p for each in rivals if math.isfinite(each.p)), default=1.0)
     better = scattered and whole_change(rivals) is None and scattered[0].p < _AS_LIKELY * best
-    return [*scattered, *symptoms] if better or not rivals else symptoms
+    return [*scattered, *_unasked(symptoms)] if better else symptoms
+
+
+def _unasked(symptoms: Sequence[Doubt]) -> list[Doubt]:
+    """Those but for what can be asked for, or changed: a part of what explains it all."""
+    left_out = {*CHANGES, "sags"}
+    return [each for each in symptoms if not each.options and each.code not in left_out]
 
 
 def _sags_within_tolerances(found: Found, apart: Sequence[int]) -> list[Doubt]:
