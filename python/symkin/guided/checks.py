@@ -94,9 +94,16 @@ def tolerances_factor(
     return factor
 
 
-def rather_slipped(estimate: Estimate[Any], off: float) -> bool:
-    """Whether a step explains more than that one row is off, by so many standard deviations."""
-    beyond = off**2 * float(estimate.conditions.max()) + _RATHER
+def rather_slipped(estimate: Estimate[Any], off: float, without: Estimate[Any] | None) -> bool:
+    """Whether a step explains more than that one row is off, by so many standard deviations.
+
+    Or than an estimate `without` it does, since of a row that is far off the first order says
+    less.
+    """
+    beyond = off**2 * float(estimate.conditions.max())
+    if without is not None:
+        beyond = max(beyond, estimate.chi_square - without.chi_square)
+    beyond += _RATHER
     return slipped_from(estimate, shaken=True, beyond=beyond) is not None
 
 

@@ -261,7 +261,11 @@ class Knowledge:
         off, doubtful, size = judged(known.estimate, numbers, planned, kept)
         made = Verdict(numbers[-1], off, doubtful, size, tolerances=known.tolerances)
         slipped = None
-        rather = doubtful is not None and rather_slipped(known.estimate, size)
+        rather = False
+        if doubtful is not None:
+            row = together(self._table.place(doubtful))
+            without = self._by(count, row, factor=known.tolerances).estimate
+            rather = rather_slipped(known.estimate, size, without)
         if doubtful is None or kept_one or rather:
             shaken = kept_one or rather
             slipped = self._slipped(known, count, repeated=again.isdigit(), kept_one=shaken)
