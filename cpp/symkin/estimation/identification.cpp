@@ -194,7 +194,9 @@ bool share_poses(const std::vector<LegData>& legs) {
 JointFit joint_of(const Mechanism& mechanism, const MeasurementSet& measurements,
                   const RowMatrix& start, const IdentificationOptions& options) {
   const auto everywhere = [&](const RowMatrix& values, const Vector& deviations) {
-    return Observed{values, deviations.transpose().replicate(values.rows(), 1)};
+    Observed observed{values, RowMatrix(values.rows(), deviations.size())};
+    observed.deviations.rowwise() = deviations.transpose();
+    return observed;
   };
   Observations observations;
   observations.readings = everywhere(

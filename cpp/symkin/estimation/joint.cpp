@@ -372,6 +372,7 @@ void JointSolver::solve(const BlockLosses& losses) {
   SolverOptions solver{(losses.any() ? kRobustSteps : 1) * options_->max_iterations};
   // Who asks for estimates and deviations alone does without half of their digits.
   solver.last_step = options_->rows ? solver.last_step : 5e-6;
+  solver.keeps_information = !options_->rows;
   if (problem_->information().size() == 0) {
     solver.linearised = look_at_start(room.now);
   }

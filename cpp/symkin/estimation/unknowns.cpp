@@ -315,7 +315,7 @@ void Layout::check(const Mechanism& mechanism, const Setup& setup) const {
   }
 }
 
-Setup moved(const Setup& setup, const Layout& layout, ConstVector change) {
+Setup moved(Setup setup, const Layout& layout, ConstVector change) {
   const UnknownList list(setup);
   Vector steps(list.size());
   for (Index i = 0; i < list.size(); ++i) {
@@ -325,27 +325,26 @@ Setup moved(const Setup& setup, const Layout& layout, ConstVector change) {
   for (const Tie& tie : layout.ties) {
     steps[tie.scalar] += tie.factor * change[tie.column];
   }
-  Setup result = setup;
   const Index p = setup.parameters.cols();
   for (Index leg = 0; leg < setup.parameters.rows(); ++leg) {
-    result.parameters.row(leg) += steps.segment(list.leg(leg), p);
-    result.curvature.row(leg) += steps.segment(list.curvature(leg), UnknownList::kCurvature);
-    result.leg_slopes.row(leg) += steps.segment(list.leg_slope(leg), setup.leg_slopes.cols());
+    setup.parameters.row(leg) += steps.segment(list.leg(leg), p);
+    setup.curvature.row(leg) += steps.segment(list.curvature(leg), UnknownList::kCurvature);
+    setup.leg_slopes.row(leg) += steps.segment(list.leg_slope(leg), setup.leg_slopes.cols());
   }
-  result.base = moved(setup.base, steps.segment<6>(list.base()));
-  result.target = moved(setup.target, steps.segment<6>(list.target()));
+  setup.base = moved(setup.base, steps.segment<6>(list.base()));
+  setup.target = moved(setup.target, steps.segment<6>(list.target()));
   for (Index i = 0; i < setup.points.rows(); ++i) {
-    result.points.row(i) += steps.segment<3>(list.point(i));
+    setup.points.row(i) += steps.segment<3>(list.point(i));
   }
   for (Index i = 0; i < setup.anchors.rows(); ++i) {
-    result.anchors.row(i) += steps.segment<3>(list.anchor(i));
+    setup.anchors.row(i) += steps.segment<3>(list.anchor(i));
   }
-  result.plane += steps.segment<4>(list.plane());
-  result.zeros += steps.segment(list.zero(0), setup.zeros.size());
+  setup.plane += steps.segment<4>(list.plane());
+  setup.zeros += steps.segment(list.zero(0), setup.zeros.size());
   for (Index i = 0; i < setup.base_slopes.rows(); ++i) {
-    result.base_slopes.row(i) += steps.segment<6>(list.base_slope(i));
+    setup.base_slopes.row(i) += steps.segment<6>(list.base_slope(i));
   }
-  return result;
+  return setup;
 }
 
 }  // namespace symkin

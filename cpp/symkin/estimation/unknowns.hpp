@@ -135,6 +135,6 @@ struct Layout {
 };
 
 // The setup with its columns moved by `change`; rotations by R <- exp([w]) R.
-Setup moved(const Setup& setup, const Layout& layout, ConstVector change);
+Setup moved(Setup setup, const Layout& layout, ConstVector change);
 
 }  // namespace symkin

@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <limits>
+
 namespace symkin {
 namespace {
 
@@ -79,6 +82,31 @@ class SteepValleyWithReturn final : public SteepValley {
   void correct(const Vector& d) { at_ += d; }
 };
 
+// A parabola's root at 0, bent so much, and a straight one at 1; counts what it is asked.
+class Bent final : public Curved {
+ public:
+  Bent(double x, double y, double bend) : Curved(x, y), bend_(bend) {}
+  void residuals(RowMatrix& jacobian, Vector& residual) const override {
+    residual << at_[0] + bend_ * at_[0] * at_[0], at_[1] - 1 + 0.1 * at_[0];
+    jacobian << 1 + 2 * bend_ * at_[0], 0, 0.1, 1;
+  }
+  bool linearise(NormalEquations& equations) {
+    ++whole;
+    return Curved::linearise(equations);
+  }
+  bool linearise_gradient(NormalEquations& equations) {
+    ++gradients;
+    const bool finite = Curved::linearise(equations);
+    equations.information.setConstant(std::numeric_limits<double>::quiet_NaN());
+    return finite;
+  }
+
+  int whole = 0, gradients = 0;
+
+ private:
+  double bend_;
+};
+
 // Shows the sum of the parameters alone.
 class Sum final : public Curved {
  public:
@@ -98,6 +126,33 @@ TEST(LevenbergMarquardt, FindsTheMinimumWithAndWithoutDampingAtFirst) {
     EXPECT_NEAR(problem.at()[0], 1, 1e-11);
     EXPECT_NEAR(problem.at()[1], 1, 1e-11);
   }
+}
+
+TEST(LevenbergMarquardt, LinearisesTheGradientAloneWhereThatShowsTheLastStep) {
+  SolverOptions options{100, 0, false, 5e-6};
+  Bent always(0.02, 0.5, 0.5);
+  const SolverOutcome known = minimise(always, options);
+  options.keeps_information = true;
+  Bent last(0.02, 0.5, 0.5);
+  const SolverOutcome outcome = minimise(last, options);
+  ASSERT_TRUE(known.converged && outcome.converged) << outcome.failure;
+  EXPECT_EQ(always.gradients, 0);
+  EXPECT_EQ(last.gradients, 1);
+  EXPECT_EQ(last.whole + 1, always.whole);
+  EXPECT_EQ(outcome.iterations, known.iterations);
+  EXPECT_NEAR(last.at()[0], 0, 1e-8);
+  EXPECT_NEAR(last.at()[1], 1, 1e-8);
+}
+
+TEST(LevenbergMarquardt, LinearisesWhollyAgainWhereTheGradientShowsNoLastStep) {
+  SolverOptions options{100, 0, false, 5e-6};
+  options.keeps_information = true;
+  Bent problem(1e-3, 1, 300);
+  const SolverOutcome outcome = minimise(problem, options);
+  EXPECT_TRUE(outcome.converged) << outcome.failure;
+  EXPECT_GE(problem.gradients, 2);
+  EXPECT_NEAR(problem.at()[0], 0, 1e-9);
+  EXPECT_NEAR(problem.at()[1], 1, 1e-9);
 }
 
 TEST(LevenbergMarquardt, FollowsACurvedValleyThatTheDataHardlyShow) {

@@ -321,6 +321,6 @@ def test_a_fit_that_ends_at_a_singular_pose_has_failed_and_names_the_cause():
     made = symkin.simulate(robot, plan, 2).measurements.for_all_legs()
     readings = np.array(made.readings)
     readings[:, :2] = np.roll(readings[:, :2], 1, axis=0)
-    with pytest.raises(FailedFitError, match="pose 23 is singular, as estimated") as raised:
+    with pytest.raises(FailedFitError, match=r"pose \d+ is singular, as estimated") as raised:
         symkin.identify(robot, dataclasses.replace(made, readings=readings), "joint")
     assert raised.value.likely_cause.code == "rows-shifted"

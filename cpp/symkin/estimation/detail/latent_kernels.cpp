@@ -35,7 +35,7 @@ void eliminate(const LatentRows& rows) {
 
 template <typename T>
 void add(const LatentRows& rows, const double* weights, double* information, double* gradient) {
-  LatentSums<T>(rows, weights).add(information, gradient);
+  LatentSums<T>(rows, weights, information == nullptr).add(information, gradient);
 }
 
 template <typename T>

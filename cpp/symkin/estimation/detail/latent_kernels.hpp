@@ -52,11 +52,12 @@ struct LatentRows {
   Index observation_count;
   const double* values;  // N x value_count
   Index value_count;
-  const double* frames;  // N x 12, the poses: position, and the rotation by rows
-  const double* bases;   // the same of the base, at every pose or, with stride 0, at all
+  const double* poses;  // N x coordinates
+  Index coordinates;
+  const double* bases;  // the base at every pose or, with stride 0, at all: N x 12, see write_frame
   Index base_stride;
   const double* base_turns;       // N x 18 where the base moves: of its turn w, exp([w]) and J_l(w)
-  const double* target;           // the same of the target
+  const double* target;           // 12
   const double* scalars;          // the observations' own
   const double* base_covariates;  // N x covariate_count
   Index covariate_count, first_slope;
@@ -76,7 +77,7 @@ struct LatentKernels {
   Index lanes;  // poses of a pack
   void (*eliminate)(const LatentRows& rows);
   // Adds what the poses say at their weights, in the legs' own scalars and behind them the shared:
-  // to the gradient, and to the lower triangle of the information by blocks of scalars.
+  // to the gradient, and to the lower triangle of the information by blocks of scalars, if any.
   void (*add)(const LatentRows& rows, const double* weights, double* information, double* gradient);
   // The tangents of the poses (dof), and the new errors of their readings (legs), for a step of
   // those scalars.

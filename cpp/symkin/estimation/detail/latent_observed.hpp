@@ -6,6 +6,7 @@
 
 #include "symkin/estimation/detail/factors.hpp"
 #include "symkin/estimation/detail/latent_pack.hpp"
+#include "symkin/model/pose.hpp"
 
 namespace symkin::detail {
 
@@ -40,9 +41,7 @@ class ObservedLanes {
     for (Index pack = 0; pack < packs<T>(in); ++pack) {
       const LaneRows<T> at(pack * Lanes<T>::kCount, in.count);
       T frame[12];
-      for (Index i = 0; i < 12; ++i) {
-        frame[i] = at.read(in.frames + i, 12);
-      }
+      read_frame(in, at, frame);
       if (pack == 0 || in.base_stride > 0) {
         T base[12];
         for (Index i = 0; i < 12; ++i) {
@@ -64,6 +63,28 @@ class ObservedLanes {
   }
 
  private:
+  // Of the poses: position, and the rotation by rows.
+  static void read_frame(const LatentRows& in, const LaneRows<T>& at, T* frame) {
+    const auto coordinate = [&](Index i) { return at.read(in.poses + i, in.coordinates); };
+    for (Index i = 0; i < 12; ++i) {
+      frame[i] = i < in.position ? coordinate(i) : T(i == 3 || i == 7 || i == 11 ? 1.0 : 0.0);
+    }
+    if (in.coordinates == in.position + 1) {
+      Lanes<T>::cosine_sine(coordinate(in.position), frame[3], frame[6]);
+      frame[4] = -frame[6];
+      frame[7] = frame[3];
+    } else if (in.coordinates > in.position) {
+      T quaternion[4];
+      for (Index i = 0; i < 4; ++i) {
+        quaternion[i] = coordinate(in.position + i);
+      }
+      const Turn<T> turn = turn_of(quaternion);
+      for (std::size_t i = 0; i < 9; ++i) {
+        frame[3 + i] = turn[i / 3][i % 3];
+      }
+    }
+  }
+
   static void any(const LatentRows& in, Index pack, const LaneRows<T>& at,
                   const Scene<Placed>& placed, const Scene<Turned>& turned,
                   const LatentRows::Observation& observation) {

@@ -25,6 +25,7 @@ LatentPoses::LatentPoses(const Mechanism& mechanism, const Observations& observa
       column_count_(layout.columns()),
       directions_(factors::kOwn),
       legs_(own_free_.size()),
+      whole_(legs_.size()),
       by_free_(legs_.size()),
       of_legs_(legs_.size()) {
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
@@ -53,6 +54,7 @@ LatentPoses::LatentPoses(const Mechanism& mechanism, const Observations& observa
   }
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
     const std::vector<Index>& own = own_free_[at_index(leg)];
+    whole_[at_index(leg)] = static_cast<Index>(own.size()) == own_;
     for (std::size_t i = 0; i < at_index(width_); ++i) {
       free_.push_back(i < own.size() ? scalar_of(leg, own[i]) : -1);
     }
@@ -121,10 +123,11 @@ void LatentPoses::set_places() {
   places_.jacobian = place(r * shared_);
 }
 
-LatentRows LatentPoses::kernel_rows(const double* errors) {
+LatentRows LatentPoses::kernel_rows(const double* poses, const double* errors) {
   for (std::size_t leg = 0; leg < of_legs_.size(); ++leg) {
     const ClosureRows& rows = legs_[leg];
-    of_legs_[leg] = {rows.closure.data(), by_free_[leg].data(), rows.by_pose.data(),
+    const RowMatrix& by_free = whole_[leg] ? rows.by_parameters : by_free_[leg];
+    of_legs_[leg] = {rows.closure.data(), by_free.data(), rows.by_pose.data(),
                      rows.by_reading.data()};
   }
   return {observations_.count(),
@@ -143,7 +146,8 @@ LatentRows LatentPoses::kernel_rows(const double* errors) {
           static_cast<Index>(plan_.observations.size()),
           plan_.values.data(),
           plan_.values.cols(),
-          frames_.data(),
+          poses,
+          coordinate_count(mechanism_.pose_space()),
           bases_.data(),
           base_turns_.rows() > 0 ? bases_.cols() : 0,
           base_turns_.data(),
@@ -230,7 +234,9 @@ void LatentPoses::linearise_leg(const Setup& setup, const RowMatrix& poses, cons
       rows.by_reading.segment(i * closures, closures).setZero();
     }
   }
-  keep_free(leg);
+  if (!whole_[at_index(leg)]) {
+    keep_free(leg);
+  }
 }
 
 void LatentPoses::keep_free(Index leg) {
@@ -300,10 +306,6 @@ void LatentPoses::eliminate(const Setup& setup, const RowMatrix& poses, const Ro
   for (Index leg = 0; leg < mechanism_.leg_count(); ++leg) {
     linearise_leg(setup, poses, errors, leg, aside);
   }
-  frames_.resize(poses.rows(), 12);
-  for (Index i = 0; i < poses.rows(); ++i) {
-    write_frame(frame_of_pose(mechanism_.pose_space(), poses.row(i).data()), &frames_(i, 0));
-  }
   const RowMatrix& covariates = observations_.base_covariates;
   base_turns_.resize(covariates.cols() > 0 ? poses.rows() : 0, 18);
   bases_.resize(std::max(base_turns_.rows(), Index{1}), 12);
@@ -323,18 +325,20 @@ void LatentPoses::eliminate(const Setup& setup, const RowMatrix& poses, const Ro
   scalars_ << Eigen::Map<const Vector>(setup.points.data(), setup.points.size()),
       Eigen::Map<const Vector>(setup.anchors.data(), setup.anchors.size()), setup.plane,
       setup.zeros;
-  latent_kernels().eliminate(kernel_rows(errors.data()));
+  latent_kernels().eliminate(kernel_rows(poses.data(), errors.data()));
 }
 
-void LatentPoses::add_to(NormalEquations& equations, const Vector& weights) {
+void LatentPoses::add_to(NormalEquations& equations, const Vector& weights, bool gradient_alone) {
   const auto size = static_cast<Index>(free_.size());
-  RowMatrix information(size, size);
+  const Index squares = gradient_alone ? 0 : size;
+  RowMatrix information(squares, squares);
   Vector gradient(size);
-  latent_kernels().add(kernel_rows(nullptr), weights.data(), information.data(), gradient.data());
+  latent_kernels().add(kernel_rows(nullptr, nullptr), weights.data(),
+                       gradient_alone ? nullptr : information.data(), gradient.data());
   for (Index i = 0; i < size; ++i) {
     for (const Share& row : shares_[at_index(i)]) {
       equations.gradient[row.column] += row.factor * gradient[i];
-      for (Index j = 0; j <= i; ++j) {
+      for (Index j = 0; j <= i && !gradient_alone; ++j) {
         for (const Share& column : shares_[at_index(j)]) {
           const double value = row.factor * column.factor * information(i, j);
           equations.information(row.column, column.column) += value;
@@ -356,7 +360,7 @@ void LatentPoses::move(const Vector& d, RowMatrix& tangents, RowMatrix& errors) 
   }
   tangents.resize(observations_.count(), mechanism_.dof());
   errors.resize(observations_.count(), mechanism_.leg_count());
-  latent_kernels().move(kernel_rows(nullptr), step.data(), tangents.data(), errors.data());
+  latent_kernels().move(kernel_rows(nullptr, nullptr), step.data(), tangents.data(), errors.data());
 }
 
 LinearPose LatentPoses::rows(Index pose) const {

@@ -52,8 +52,9 @@ class LatentPoses {
   Index count(Index pose) const;
   double chi_square(Index pose) const { return chi_squares_[pose]; }
 
-  // Adds what those poses say at their weights, none of which may be that of a pose set aside.
-  void add_to(NormalEquations& equations, const Vector& weights);
+  // Adds what those poses say at their weights, none of which may be that of a pose set aside; to
+  // the information too, unless the gradient alone is wanted.
+  void add_to(NormalEquations& equations, const Vector& weights, bool gradient_alone);
   // Of every pose the tangent (N x dof), and the new errors of its readings (N x legs), for a step
   // d of the columns.
   void move(const Vector& d, RowMatrix& tangents, RowMatrix& errors);
@@ -72,7 +73,7 @@ class LatentPoses {
   void add_covariates(const Setup& setup, const Vector& growths, Index leg, ClosureRows& rows);
   void keep_free(Index leg);
   void set_places();
-  LatentRows kernel_rows(const double* errors);
+  LatentRows kernel_rows(const double* poses, const double* errors);
 
   const Mechanism& mechanism_;
   const Observations& observations_;
@@ -98,12 +99,12 @@ class LatentPoses {
   // Of the last linearisation: of each leg, zero where it was not read, by_parameters by its first
   // `own_` scalars in the UnknownList, and by those of them that are free.
   std::vector<ClosureRows> legs_;
+  std::vector<bool> whole_;  // where these are all
   std::vector<RowMatrix> by_free_;
   RowMatrix given_;                   // N x legs, readings; 0 where none was taken
   Vector own_parameters_, readings_;  // of one leg
-  RowMatrix frames_;
-  RowMatrix bases_;       // of every pose, or of all: position and rotation by rows
-  RowMatrix base_turns_;  // see LatentRows
+  RowMatrix bases_;                   // of every pose, or of all: position and rotation by rows
+  RowMatrix base_turns_;              // see LatentRows
   Vector target_, scalars_, room_, chi_squares_, clear_;
   std::vector<LatentRows::OfLeg> of_legs_;
 };

@@ -2,6 +2,7 @@
 #include "symkin/estimation/detail/latent_problem.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -212,7 +213,7 @@ WhitenedSystem LatentProblem::system() const {
   return system;
 }
 
-bool LatentProblem::linearise(NormalEquations& equations) {
+bool LatentProblem::linearise(NormalEquations& equations, bool gradient_alone) {
   const Index columns = layout_.columns();
   const Index n = observations_.count();
   const auto count = static_cast<std::size_t>(n);
@@ -268,7 +269,7 @@ bool LatentProblem::linearise(NormalEquations& equations) {
       equations.gradient += now_.weights[i] * (jacobian.transpose() * conditions);
     }
   }
-  now_.rows.add_to(equations, in_lanes);
+  now_.rows.add_to(equations, in_lanes, gradient_alone);
   if (turns_have_priors()) {
     const RowMatrix rows = layout_.prior_rows();
     now_.prior_squares = add_rows(by_steps(rows), rows * state_.change, equations);
@@ -285,7 +286,9 @@ bool LatentProblem::linearise(NormalEquations& equations) {
           add_rows(layout_.relations, layout_.relations * state_.change, equations);
     }
   }
-  now_.information = equations.information;
+  if (!gradient_alone) {
+    now_.information = equations.information;
+  }
   if (constraints_.rows() > 0) {
     add_rows(by_steps(constraints_), constraints_ * state_.change, equations);
   }
@@ -293,26 +296,22 @@ bool LatentProblem::linearise(NormalEquations& equations) {
   return std::isfinite(equations.cost) && equations.information.diagonal().allFinite();
 }
 
-double LatentProblem::extent_of_pose(const Vector& move) const {
-  const Index position = position_size(mechanism_.pose_space());
-  double largest = 0;
-  for (Index i = 0; i < move.size(); ++i) {
-    largest = std::max(largest, std::abs(move[i]) / (i < position ? length_ : 1));
-  }
-  return largest;
-}
-
-void LatentProblem::move_latent(Index pose, Vector tangent) {
+void LatentProblem::move_latent(Index pose, const double* tangent) {
   constexpr double kLargest = 0.3;
-  const double size = extent_of_pose(tangent);
-  if (size > kLargest) {
-    tangent *= kLargest / size;
+  const PoseSpace space = mechanism_.pose_space();
+  const Index dof = mechanism_.dof(), position = position_size(space);
+  double size = 0;
+  for (Index i = 0; i < dof; ++i) {
+    size = std::max(size, std::abs(tangent[i]) / (i < position ? length_ : 1));
   }
+  std::array<double, 6> step{};
+  std::transform(tangent, tangent + dof, step.begin(),
+                 [&](double each) { return size > kLargest ? kLargest / size * each : each; });
   // A pose that says nothing of the parameters may wander about a double root.
   if (now_.counts[static_cast<std::size_t>(blocks_.first(pose))] > 0) {
     largest_move_ = std::max(largest_move_, size);
   }
-  move_pose(mechanism_.pose_space(), tangent.data(), state_.poses.row(pose).data());
+  move_pose(space, step.data(), state_.poses.row(pose).data());
 }
 
 void LatentProblem::take_errors(const std::vector<RowOrigin>& origins, const Vector& errors) {
@@ -341,7 +340,7 @@ void LatentProblem::step(const Vector& d) {
         const LinearPiece& piece = of->pieces()[k];
         take_errors(piece.rows.origins, moves[k].errors);
         for (std::size_t j = 0; j < piece.poses.size(); ++j) {
-          move_latent(piece.poses[j], moves[k].tangents.segment(static_cast<Index>(j) * dof, dof));
+          move_latent(piece.poses[j], &moves[k].tangents[static_cast<Index>(j) * dof]);
         }
       }
     } else if (now_.general[at]) {
@@ -349,14 +348,15 @@ void LatentProblem::step(const Vector& d) {
       const Vector errors = -linear.variances.cwiseProduct(
           linear.elimination.conditions * (linear.conditions + linear.jacobian * d));
       take_errors(linear.origins, errors);
-      move_latent(i,
-                  linear.elimination.solution * -(linear.misfit + linear.by_unknowns * d + errors));
+      const Vector tangent =
+          linear.elimination.solution * -(linear.misfit + linear.by_unknowns * d + errors);
+      move_latent(i, tangent.data());
     } else {
       state_.errors.row(i) = errors_.row(i);
-      move_latent(i, tangents_.row(i));
+      move_latent(i, &tangents_(i, 0));
     }
   }
-  state_.setup = moved(state_.setup, layout_, d);
+  state_.setup = moved(std::move(state_.setup), layout_, d);
   state_.change += d;
   for (const Turn& turn : turns_) {
     Eigen::Matrix3d& rotation = (state_.setup.*turn.frame).rotation;

@@ -30,7 +30,8 @@ class LatentProblem {
   void take_in(Index pose, const double* start);
 
   Index size() const { return layout_.columns(); }
-  bool linearise(NormalEquations& equations);
+  bool linearise(NormalEquations& equations) { return linearise(equations, false); }
+  bool linearise_gradient(NormalEquations& equations) { return linearise(equations, true); }
   void step(const Vector& d);
   void correct(const Vector& d);
   void undo();
@@ -49,7 +50,8 @@ class LatentProblem {
   const RowMatrix& poses() const { return state_.poses; }
   const RowMatrix& reading_errors() const { return state_.errors; }
   const std::vector<bool>& aside() const { return aside_; }
-  // Of the last linearisation: J'WJ with the priors, without the constraints.
+  // Of the last linearisation but of the gradient alone: J'WJ with the priors, without the
+  // constraints.
   const RowMatrix& information() const { return now_.information; }
   // The part of the priors in it, and their rows, by steps from the present state.
   RowMatrix prior_information() const;
@@ -114,9 +116,9 @@ class LatentProblem {
   // Rows of the change as rows of a step from the present state.
   RowMatrix by_steps(RowMatrix rows) const;
 
-  double extent_of_pose(const Vector& move) const;
+  bool linearise(NormalEquations& equations, bool gradient_alone);
   LinearPose general(Index pose) const;
-  void move_latent(Index pose, Vector tangent);
+  void move_latent(Index pose, const double* tangent);
   void take_errors(const std::vector<RowOrigin>& origins, const Vector& errors);
 
   struct State {

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <memory>
+#include <utility>
 
 #include "symkin/estimation/detail/latent_pack.hpp"
 
@@ -15,26 +17,36 @@ class LatentSums {
   static constexpr Index kTogether = 4;        // packs whose sums are taken at once
 
  public:
-  LatentSums(const LatentRows& in, const double* weights)
+  LatentSums(const LatentRows& in, const double* weights, bool gradient_alone)
       : in_(in),
         weights_(weights),
+        gradient_alone_(gradient_alone),
         bound_(in.legs * in.closures),
         conditions_(in.rows - in.dof),
-        size_(in.legs * in.width + in.shared),
-        sums_(size_ * (size_ + 1)),
-        precisions_(room(bound_ * bound_)),
-        multipliers_(room(bound_)),
-        crossed_(room(bound_ * in.shared)),
-        jacobian_(room(conditions_ * in.shared)),
-        weighted_(room(conditions_ * in.shared)),
-        rho_(room(conditions_)) {}
+        size_(in.legs * in.width + in.shared) {
+    const std::pair<T**, Index> places[] = {{&sums_, size_ * (size_ + 1)},
+                                            {&precisions_, kTogether * bound_ * bound_},
+                                            {&multipliers_, kTogether * bound_},
+                                            {&crossed_, kTogether * bound_ * in.shared},
+                                            {&jacobian_, kTogether * conditions_ * in.shared},
+                                            {&weighted_, kTogether * conditions_ * in.shared},
+                                            {&rho_, kTogether * conditions_}};
+    Index count = 0;
+    for (const auto& place : places) {
+      count += place.second;
+    }
+    room_.reset(new T[static_cast<std::size_t>(count)]);  // at once: to align it takes time
+    T* next = room_.get();
+    for (const auto& [place, size] : places) {
+      *place = next;
+      next += size;
+    }
+  }
 
   void add(double* information, double* gradient) {
-    const Index count = size_ * (size_ + 1);
+    const Index first = gradient_alone_ ? size_ : 0;
     for (Index part = 0; part < kParts; ++part) {
-      for (Index i = 0; i < count; ++i) {
-        sums_[i] = T(0.0);
-      }
+      std::fill(sums(first, 0), sums(size_ + 1, 0), T(0.0));
       for (Index pack = part; pack < packs<T>(in_); pack += kTogether * kParts) {
         for (Index b = 0; b < kTogether; ++b) {
           gather(pack + b * kParts, b);
@@ -42,7 +54,7 @@ class LatentSums {
         add_legs();
         add_shared();
       }
-      for (Index row = 0; row <= size_; ++row) {
+      for (Index row = first; row <= size_; ++row) {
         double* const to = row < size_ ? information + row * size_ : gradient;
         for (Index i = 0; i < (row < size_ ? row + 1 : size_); ++i) {
           to[i] = (part == 0 ? 0 : to[i]) + over_lanes(*sums(row, i));
@@ -52,16 +64,6 @@ class LatentSums {
   }
 
  private:
-  class Room {
-   public:
-    explicit Room(Index count) : values_(new T[static_cast<std::size_t>(count)]) {}
-    T* get() const { return values_.get(); }
-    T& operator[](Index i) { return values_.get()[i]; }
-
-   private:
-    std::unique_ptr<T[]> values_;
-  };
-  static Room room(Index count) { return Room(kTogether * count); }
   // Neighbours first, so that two packs of two give what one of four gives.
   static double over_lanes(const T& value) {
     double lanes[kLanes];
@@ -76,7 +78,7 @@ class LatentSums {
     }
     return sum;
   }
-  T* sums(Index row, Index column) { return sums_.get() + row * size_ + column; }
+  T* sums(Index row, Index column) { return sums_ + row * size_ + column; }
   T* gradient(Index row) { return sums(size_, row); }
 
   // What is summed of one pack, weighted.
@@ -108,6 +110,9 @@ class LatentSums {
         multiplier = multiplier + g[i * r + j] * rho_[j * kTogether + b];
       }
       multipliers_[i * kTogether + b] = multiplier;
+      if (gradient_alone_) {
+        continue;
+      }
       for (Index k = 0; k <= i; ++k) {
         T precision(0.0);
         for (Index j = 0; j < r; ++j) {
@@ -172,17 +177,17 @@ class LatentSums {
     const Index closures = in_.closures, width = in_.width;
     for (Index i = 0; i < bound_; ++i) {
       const Index first = i / closures * width;
-      add_closure(multipliers_.get() + i * kTogether, i, gradient(first));
+      add_closure(multipliers_ + i * kTogether, i, gradient(first));
     }
     // Two rows of the sums at once: what stands at both is read once.
-    for (Index leg = 0; leg < in_.legs; ++leg) {
+    for (Index leg = 0; leg < in_.legs && !gradient_alone_; ++leg) {
       for (Index s = 0; s < width; s += 2) {
         for (Index other = 0; other < (leg + 1) * closures; ++other) {
           const Index next = s + 1 < width ? s + 1 : s;
           T x[2][kTogether];
           for (Index b = 0; b < kTogether; ++b) {
             const Index first = leg * closures;
-            const T* const precisions = precisions_.get() + other * kTogether + b;
+            const T* const precisions = precisions_ + other * kTogether + b;
             x[0][b] = precisions[first * bound_ * kTogether] * own(b, first * width + s);
             x[1][b] = precisions[first * bound_ * kTogether] * own(b, first * width + next);
             for (Index i = first + 1; i < first + closures; ++i) {
@@ -205,14 +210,16 @@ class LatentSums {
   SYMKIN_FLATTEN void add_shared() {
     const Index shared = in_.shared, first = in_.legs * in_.width;
     for (Index s = 0; s < shared; ++s) {
-      for (Index i = 0; i < bound_; ++i) {
-        add_closure(crossed_.get() + (i * shared + s) * kTogether, i,
+      for (Index i = 0; i < bound_ && !gradient_alone_; ++i) {
+        add_closure(crossed_ + (i * shared + s) * kTogether, i,
                     sums(first + s, i / in_.closures * in_.width));
       }
       for (Index j = 0; j < conditions_; ++j) {
-        add_scaled(weighted_.get() + (j * shared + s) * kTogether,
-                   jacobian_.get() + j * shared * kTogether, s + 1, sums(first + s, first));
-        add_scaled(jacobian_.get() + (j * shared + s) * kTogether, rho_.get() + j * kTogether, 1,
+        if (!gradient_alone_) {
+          add_scaled(weighted_ + (j * shared + s) * kTogether, jacobian_ + j * shared * kTogether,
+                     s + 1, sums(first + s, first));
+        }
+        add_scaled(jacobian_ + (j * shared + s) * kTogether, rho_ + j * kTogether, 1,
                    gradient(first + s));
       }
     }
@@ -220,12 +227,14 @@ class LatentSums {
 
   const LatentRows& in_;
   const double* weights_;
+  bool gradient_alone_;
   Index bound_, conditions_, size_;  // rows of legs; of a pose; scalars
-  Room sums_;                        // the information by rows, and the gradient
-  const double* own_[kTogether];     // C of the legs, of packs side by side
+  std::unique_ptr<T[]> room_;
+  T* sums_;                       // the information by rows, and the gradient
+  const double* own_[kTogether];  // C of the legs, of packs side by side
   // Of these: G G' between their rows, G rho, G G'C of the shared, G'C,
   // the same weighted, and rho.
-  Room precisions_, multipliers_, crossed_, jacobian_, weighted_, rho_;
+  T *precisions_, *multipliers_, *crossed_, *jacobian_, *weighted_, *rho_;
 };
 
 }  // namespace symkin::detail

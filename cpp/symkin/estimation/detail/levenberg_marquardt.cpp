@@ -37,4 +37,14 @@ double NormalSteps::solve(const NormalEquations& equations, double damping, Vect
   return decrease;
 }
 
+double NormalSteps::solve_again(const Vector& gradient, Vector& step) const {
+  if (cholesky_.least_pivot() <= kPoorPivot) {
+    return -1;
+  }
+  cholesky_.solve(gradient, step);
+  const double decrease = gradient.dot(step);
+  step = -step;
+  return decrease;
+}
+
 }  // namespace symkin

@@ -26,6 +26,9 @@ struct SolverOptions {
   bool linearised = false;   // whether the room holds the equations of the present state already
   // Over the root of the cost: a step as short as this is the last, and nothing is linearised anew.
   double last_step = 1e-8;
+  // Whether the step before that one keeps the information, where the gradient behind it says that
+  // one more is the last.
+  bool keeps_information = false;
 };
 
 // Weighted least squares linearised at the present state, residuals rho and weights W.
@@ -49,6 +52,8 @@ class NormalSteps {
   // shortest d by eigenvalues: what the data does not show does not move.
   // Returns the decrease of the cost that it predicts, negative if there is no step.
   double solve(const NormalEquations& equations, double damping, Vector& step);
+  // The same by the information and the damping of the last solve(), with poor pivots none.
+  double solve_again(const Vector& gradient, Vector& step) const;
 
  private:
   ScaledCholesky cholesky_;
@@ -66,6 +71,12 @@ namespace detail {
 
 template <typename Problem, typename = void>
 struct HasCorrect : std::false_type {};
+template <typename Problem, typename = void>
+struct HasGradient : std::false_type {};
+template <typename Problem>
+struct HasGradient<Problem, std::void_t<decltype(std::declval<Problem&>().linearise_gradient(
+                                std::declval<NormalEquations&>()))>> : std::true_type {};
+
 template <typename Problem>
 struct HasCorrect<
     Problem, std::void_t<decltype(std::declval<Problem&>().correct(std::declval<const Vector&>()))>>
@@ -85,6 +96,7 @@ struct HasCorrect<
 //                                           the parameters where it was
 // and may have
 //   void correct(const Vector& d);          moves on from a step; `undo` takes back both
+//   bool linearise_gradient(NormalEquations&);   as linearise() does, without the information
 // The problem ends as it was last linearised, at the state it ends at or, where it converged, at
 // most one step too short to count from there, if `undo` keeps that too. `room` ends with those
 // equations in `now`; where it converged, `steps` has solved them without damping.
@@ -152,6 +164,26 @@ SolverOutcome minimise(Problem& problem, const SolverOptions& options, SolverWor
         ++outcome.iterations;
         outcome.converged = true;
         return outcome;
+      }
+      if constexpr (detail::HasGradient<Problem>::value) {
+        // What is left behind this step, if steps shorten quadratically.
+        const double shorter = distance / last_distance;
+        if (near && undamped && options.keeps_information &&
+            distance * shorter * shorter < options.last_step) {
+          problem.step(step);
+          const double by_gradient =
+              problem.linearise_gradient(next) ? steps.solve_again(next.gradient, step) : -1;
+          const double left = std::sqrt(by_gradient / (next.cost + 1));
+          if (left < options.last_step && left * left < kLeft * distance) {
+            problem.step(step);
+            now.cost = next.cost;
+            outcome.iterations += 2;
+            outcome.converged = true;
+            return outcome;
+          }
+          problem.undo();
+          decrease = steps.solve(now, 0, step);
+        }
       }
       last_distance = distance;
       if (near && undamped) {
