@@ -3,7 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "support/mechanisms.hpp"
+#include "symkin/estimation/detail/leg_fits.hpp"
 #include "symkin/estimation/simulation.hpp"
 #include "symkin/support/error.hpp"
 
@@ -100,6 +103,30 @@ TEST(Fleet, WithALossHasARowForEachRobotAsItIsIdentifiedAlone) {
       EXPECT_EQ(fleet.student_degrees(robot, 1), 36 - 8);
     }
   }
+}
+
+// Root of the mean square distance of where `joint` starts from the legs' own fits, in deviations.
+double start_from_own_fit(double tolerance) {
+  const Mechanism nominal = testing::paper_3rrr();
+  const RowMatrix poses = sample_workspace(nominal, testing::paper_workspace(), 40, 11).poses;
+  const Mechanism robot = disturb(nominal, {tolerance, tolerance, tolerance}, 2);
+  const MeasurementSet measured =
+      simulate(robot, nominal, {{-1, poses, 30}}, MeasurementNoise{}, 2).measurements;
+  IdentificationOptions options;
+  options.use = PoseUse::all;
+  const Identification own = identify(nominal, measured, options);
+  options.estimator = Estimator::joint;
+  const RowMatrix off = joint_start(nominal, measured, options) - own.parameters;
+  const Vector deviations = own.covariance.diagonal().cwiseSqrt();
+  return std::sqrt(off.reshaped<Eigen::RowMajor>().cwiseQuotient(deviations).cwiseAbs2().mean());
+}
+
+TEST(Fleet, StartsAJointFitWhereTheLegsOwnFitsAreWithinTheNoise) {
+  const double near = start_from_own_fit(1e-3), far = start_from_own_fit(2e-2);
+  // Of a drawing that is nearly right one step of each leg's will do.
+  EXPECT_GT(near, 1e-3);
+  EXPECT_LT(near, 0.1);
+  EXPECT_LT(far, 0.1);
 }
 
 WorkspaceOptions bound_workspace() {
