@@ -13,6 +13,12 @@ is a
 plan of as many poses as are enough for the accuracy, each that fails being replaced by the next
 spare: its rows, the tries that they took, and the share of the robots identified from them
 that keep the accuracy; what goes wrong is the same, and nothing but failures is noticed.
+
+    .venv/bin/python benchmarks/guided.py hexapod_jugglebot --rows 200 --candidates 30000
+
+With --rows sessions go on until so many rows, whatever the accuracy, and what is printed is how
+long a row takes: from when it is entered until it is judged and the next pose is there, by the
+clock and of the processor, in the median, of 95% of the rows and of the slowest.
 """
 
 import argparse
@@ -32,6 +38,7 @@ MOST = 120  # tries
 SLIPS_AT = 14
 KINDS = ("sound", "failures", "region", "tolerances", "slip", "moved")
 MOVED = 20.0  # standard deviations of a position
+TINY = 0.25  # of the accuracy wanted: what 200 rows do not reach
 RADIUS = 0.2  # m, at which a turn moves as much
 
 
@@ -180,6 +187,37 @@ def session_of(trial: Trial, seed: int, candidates: int) -> dict[str, float]:
     }
 
 
+def answered(trial: Trial, seed: int, candidates: int, rows: int) -> NDArray[np.float64]:
+    """How long each of so many rows takes, by the clock and of the processor, s."""
+    case = trial.case
+    session = trial.robot.measure(
+        TINY * case.accuracy,
+        candidates=candidates,
+        seed=seed,
+        observe=case.observe,
+        **case.unknowns,
+    )
+    taken, ask = [], session.asked()
+    while session.progress.rows < rows:
+        found = trial.at(ask.pose, ask.readings, session.progress.rows + 1)
+        begin = np.array([time.perf_counter(), time.process_time()])
+        if isinstance(found, str):
+            session.fail(found)
+        else:
+            session.add(found)
+            session.resolve()
+        ask = session.asked()
+        taken.append(np.array([time.perf_counter(), time.process_time()]) - begin)
+    return np.array(taken)
+
+
+def times_of(taken: NDArray[np.float64]) -> str:
+    """Of all rows, in a line."""
+    figures = np.quantile(taken, [0.5, 0.95, 1.0], axis=0).T
+    told = (" ".join(f"{each:5.2f}" for each in own) for own in figures)
+    return "{:4d} rows   clock {} s   processor {} s".format(len(taken), *told)
+
+
 def plan_of(robot: symkin.Robot, case: Case, needed: int | None) -> symkin.Plan:
     """So many poses, or as many as are enough, with as many spares."""
     sample = robot.sample_workspace(3000, seed=1)
@@ -216,12 +254,22 @@ def main() -> None:
     parser.add_argument("--poses", type=int, help="of the plan; as many as are enough")
     parser.add_argument("--kinds", nargs="*", default=KINDS, choices=KINDS)
     parser.add_argument("--known-frames", action="store_true")
+    parser.add_argument("--rows", type=int, help="of a session, of which the time is told")
     given = parser.parse_args()
     for name in given.robots:
         robot, case = symkin.load(name), CASES[name]
         if given.known_frames:
             unknowns = {key: each for key, each in case.unknowns.items() if key != "frames"}
             case = case._replace(unknowns=unknowns)
+        if given.rows:
+            print(f"{name}, {given.candidates} candidates: median, 95% of the rows, the slowest")
+            for kind in given.kinds:
+                timed = [
+                    answered(Trial(kind, robot, case, seed), seed, given.candidates, given.rows)
+                    for seed in range(1, given.sessions + 1)
+                ]
+                print(f"{kind:10s} {times_of(np.concatenate(timed))}", flush=True)
+            continue
         plan = plan_of(robot, case, given.poses)
         print(f"{name}, {given.sessions} sessions each, accuracy {1e3 * case.accuracy:g} mm")
         print(

@@ -81,16 +81,20 @@ def promised(
     that stand for them. `poses` are those in the forms and those left out; `noise_degrees` the
     degrees of freedom of a noise that was estimated and scales the covariance.
     """
-    means, bounds = [], []
     count = covariance.size // covariance.shape[-1] ** 2
-    stacked = _stacked(covariance)
-    for form in forms:
-        means.append(math.sqrt(max(float(np.sum(form * covariance)) / count, 0.0)))
-        bound = math.nan
-        if np.isfinite(stacked).all():
-            bound = _core.mixed_quantile(form, stacked, confidence, noise_degrees)
-        bounds.append(math.sqrt(bound))
+    means = [math.sqrt(max(float(np.sum(form * covariance)) / count, 0.0)) for form in forms]
+    bounds = [bound_of(form, covariance, confidence, noise_degrees) for form in forms]
     return ExpectedAccuracy(means[0], means[1], *poses, confidence, bounds[0], bounds[1])
+
+
+def bound_of(
+    form: Array, covariance: Array, confidence: float, noise_degrees: float = math.inf
+) -> float:
+    """Return what the root of one such mean squared error is within; NaN if nothing is known."""
+    stacked = _stacked(covariance)
+    if not np.isfinite(stacked).all():
+        return math.nan
+    return math.sqrt(_core.mixed_quantile(form, stacked, confidence, noise_degrees))
 
 
 def anywhere(

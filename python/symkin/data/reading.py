@@ -452,6 +452,8 @@ def _check_units(
         units and the likely ones.
     """
     full = np.isfinite(measurements.poses).all(axis=1).any()
+    if not full and len(measurements.poses) < 2:
+        return
     misfit = _median_closure if full else _median_spacing
     as_stated = misfit(measurements, mechanism)
     if not as_stated > _POOR_FIT * _leg_dimension(measurements, mechanism):

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 import math
 from collections.abc import Callable, Mapping
@@ -14,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin.analysis.observed import Observed
-from symkin.analysis.promises import promised, thinned
+from symkin.analysis.promises import bound_of, thinned
 from symkin.analysis.workspace import workspace_coordinates
 from symkin.estimate.conflict import widened_by
 from symkin.estimate.estimate import Estimate
@@ -33,6 +34,8 @@ _SPOILT = 10.0  # times the tolerances or the noise: an estimate that is no robo
 _SAME = 1e-7  # m or rad, by which a pose that was written and read again may differ
 _AVOIDED = 1.5  # standard deviations of the candidates, around a pose to avoid
 _AMONG = 2000  # poses over which the error is averaged while poses are chosen
+_LOOKED_AT = 5000  # candidates among which new ones are looked for at a time, others the next time
+_KEPT = ("_tries", "queue", "_held", "_begun", "planned", "_stale", "more")
 
 
 @record
@@ -84,7 +87,8 @@ class Chooser:
         self._observe, self._unknowns, self._seed = observe, unknowns, seed
         # The poses that the promise is for: some of them may not be measured.
         self._over = thinned(expected_over(robot), _AMONG)
-        coordinates = workspace_coordinates(robot, self._poses)
+        poses = candidates.reshape(-1, candidates.shape[2])
+        coordinates = workspace_coordinates(robot, poses)
         spread = coordinates.std(axis=0)
         places = coordinates / np.where(spread > 0, spread, 1.0)
         self._places = places  # of single poses, one candidate's after the other
@@ -100,6 +104,14 @@ class Chooser:
         self.planned = False
         self._stale = False
         self.more = 0  # rows that are needed besides those taken, as far as can be told
+
+    def kept(self) -> dict[str, Any]:
+        """What has become of the tries so far, to go `back` to."""
+        return copy.deepcopy({name: getattr(self, name) for name in _KEPT})
+
+    def back(self, kept: Mapping[str, Any]) -> None:
+        """Forget the tries since."""
+        vars(self).update(copy.deepcopy(dict(kept)))
 
     def start(self, pose: Array | None) -> None:
         """The first of several poses that are measured together was taken; None: it is not."""
@@ -158,10 +170,13 @@ class Chooser:
 
         The accuracy shall be kept with this confidence, poses `again` being measured once more.
         """
-        completing, reached = self._completing(estimate, confidence, again)
-        members = completing.completion([*self.queue, *self._held], reached, _MOST)
-        chosen = completing.first(members, _AHEAD)
-        self._held = [each for each in members if each not in chosen]
+        among = self._looked_at()
+        completing, reached = self._completing(among, estimate, confidence, again)
+        held = np.searchsorted(among, np.array([*self.queue, *self._held], dtype=np.intp))
+        members = completing.completion(held.tolist(), reached, _MOST)
+        first = completing.first(members, _AHEAD)
+        chosen = among[first].tolist()
+        self._held = among[[each for each in members if each not in first]].tolist()
         start = self._tries.taken[-1][-1] if self._tries.taken else None
         order = visiting_order(self.robot, self.candidates[chosen, 0], self._seed, start)
         self.queue = [chosen[place] for place in order.tolist()]
@@ -185,7 +200,7 @@ class Chooser:
 
         Bounds by name, m and rad, and names of what priors alone hold even then, the worst first.
         """
-        survey, rows, forms = self._surveyed(None)
+        survey, rows, forms = self._at_drawing
         flat = rows[np.isfinite(rows).all(axis=(1, 2))].reshape(-1, rows.shape[2])
         known = np.linalg.inv(_prior_information(survey) + flat.T @ flat)
         covariance: Array = np.outer(survey.scale, survey.scale) * known
@@ -200,13 +215,26 @@ class Chooser:
         reached = self._reached(survey, self._forms(survey), estimate, confidence)
         return reached(np.asarray(np.linalg.inv(information)))
 
+    def _looked_at(self) -> NDArray[np.intp]:
+        """The candidates to choose from now, in their order: of many a part, and those held."""
+        count = len(self.candidates)
+        if count <= _LOOKED_AT:
+            return np.arange(count)
+        random = np.random.default_rng([self._seed, len(self._tries.used)])
+        some = random.choice(count, _LOOKED_AT, replace=False)
+        return np.unique([*some.tolist(), *self.queue, *self._held]).astype(np.intp)
+
     def _completing(
-        self, estimate: Estimate[Any] | None, confidence: float, again: Array
+        self,
+        among: NDArray[np.intp],
+        estimate: Estimate[Any] | None,
+        confidence: float,
+        again: Array,
     ) -> tuple[Completing, Callable[[Array], bool]]:
-        survey, rows, forms = self._surveyed(estimate)
+        survey, rows, forms = self._surveyed(among, estimate)
         scaled = np.outer(survey.scale, survey.scale)
         squares = [forms[name] / wanted**2 * scaled for name, wanted in self.target.wanted.items()]
-        chance = self._chance() * np.isfinite(rows).all(axis=(1, 2))
+        chance = self._chance()[among] * np.isfinite(rows).all(axis=(1, 2))
         information = self._information(survey, estimate, again)
         completing = Completing(
             np.nan_to_num(rows), sum(squares[1:], squares[0]), information, chance
@@ -239,28 +267,30 @@ class Chooser:
         """Whether the accuracy is kept with a covariance, in units of the unknowns' scale."""
         factors = (estimate.noise_factor, estimate.conflict_factor) if estimate else (1.0, 1.0)
         scaled = np.outer(survey.scale, survey.scale)
+        wanted = {name: forms[name] for name in self.target.wanted}
 
         def reached(covariance: Array) -> bool:
             printed = widened_by(scaled * covariance, survey.layout.prior_rows, *factors)
-            bounds = self._bounds(forms, printed, confidence)
+            bounds = self._bounds(wanted, printed, confidence)
             return all(bounds[name] <= value for name, value in self.target.wanted.items())
 
         return reached
 
-    def _surveyed(self, estimate: Estimate[Any] | None) -> _Surveyed:
+    def _surveyed(self, among: NDArray[np.intp], estimate: Estimate[Any] | None) -> _Surveyed:
         if estimate is None:
-            return self._at_drawing
-        return self._surveyed_at(estimate)
+            survey, rows, forms = self._at_drawing
+            return survey, rows[among], forms
+        return self._surveyed_at(self.candidates[among], estimate)
 
     @cached_property
     def _at_drawing(self) -> _Surveyed:
-        return self._surveyed_at(None)
+        return self._surveyed_at(self.candidates, None)
 
-    def _surveyed_at(self, estimate: Estimate[Any] | None) -> _Surveyed:
-        poses = self._taken_at(estimate, self._poses)
+    def _surveyed_at(self, candidates: Array, estimate: Estimate[Any] | None) -> _Surveyed:
+        poses = self._taken_at(estimate, candidates.reshape(-1, candidates.shape[2]))
         survey = self._survey(estimate, poses)
         rows = survey.rows(poses) * survey.scale
-        rows = rows.reshape(len(self.candidates), -1, rows.shape[2])
+        rows = rows.reshape(len(candidates), -1, rows.shape[2])
         return survey, rows, self._forms(survey)
 
     def _survey(self, estimate: Estimate[Any] | None, poses: Array) -> Survey:
@@ -302,9 +332,7 @@ class Chooser:
     def _bounds(
         self, forms: Mapping[str, Array], covariance: Array, confidence: float
     ) -> dict[str, float]:
-        both = (forms["position"], forms["orientation"])
-        found = promised(both, covariance, (0, 0), confidence)
-        return {"position": found.position_bound, "orientation": found.orientation_bound}
+        return {name: bound_of(form, covariance, confidence) for name, form in forms.items()}
 
     def _chance(self) -> Array:
         """How likely each candidate can be measured, by what became of the others."""
@@ -324,10 +352,6 @@ class Chooser:
         """The poses of a candidate among the single ones."""
         together = self.candidates.shape[1]
         return range(place * together, (place + 1) * together)
-
-    @property
-    def _poses(self) -> Array:
-        return self.candidates.reshape(-1, self.candidates.shape[2])
 
     def _place(self, group: Array) -> int | None:
         """The candidate that begins with these poses, the next one before others."""

@@ -87,9 +87,9 @@ class Knowledge:
         self._known: dict[int, Known] = {}
         self._verdicts: dict[int, Verdict] = {}
 
-    def forget(self) -> None:
-        """Lines that were known are taken back."""
-        self._known.clear()
+    def forget(self, upto: int) -> None:
+        """Lines behind so many are others than they were."""
+        self._known = {count: known for count, known in self._known.items() if count <= upto}
         self._verdicts.clear()
 
     def of(self, count: int) -> Known:

@@ -170,6 +170,7 @@ class Session:
         self._told: dict[int, Progress] = {}
         self._floor: tuple[dict[str, float], tuple[str, ...]] | None = None
         self._seen = self._edition = 0
+        self._followed: list[dict[str, Any]] = []  # what the choice was when each line came
         self._follow()
         self._write_robot()
 
@@ -489,22 +490,34 @@ class Session:
         """Let the choice of poses follow the lines that it has not seen.
 
         Poses are planned when the line before has left none, by what was known then: so a session
-        that begins again asks for the same ones.
+        that begins again asks for the same ones. What came after a row that was taken back is
+        followed anew, without plans: those poses are known.
         """
-        lines = self._table.lines
-        changed = self._table.edition != self._edition
-        if changed or any(line[STATUS] in BACK for line in lines[self._seen :]):
-            self._seen, self._edition = 0, self._table.edition
+        table, lines, chooser = self._table, self._table.lines, self._chooser
+        backs = {
+            place: table.place(int(line[ROW]))
+            for place, line in enumerate(lines)
+            if line[STATUS] in BACK
+        }
+        first = min([self._seen, *(row for place, row in backs.items() if place >= self._seen)])
+        if table.edition != self._edition:
+            first, self._edition = 0, table.edition
+        if first < self._seen:
             self._told.clear()
-            self._knowledge.forget()
-            self._chooser.begin()
-        standing = set(self._table.standing)
-        for place in range(self._seen, len(lines)):
-            if lines[place][STATUS] == SLIPPED:
-                self._chooser.again()
+            self._knowledge.forget(first)
+            chooser.back(self._followed[first])
+        standing = set(table.standing)
+        after = {
+            place: standing.intersection(range(row + 1, place)) for place, row in backs.items()
+        }
+        known = set[int]().union(*after.values())
+        for place in range(first, len(lines)):
+            if place in standing and not (chooser.planned or place in known):
+                self._plan(place)
+            self._followed[place:] = [chooser.kept()]
+            if lines[place][STATUS] == SLIPPED or after.get(place):
+                chooser.again()
             if place in standing:
-                if not self._chooser.planned:
-                    self._plan(place)
                 self._tell(place)
         self._seen = len(lines)
         self._repeating = self._left_to_repeat()

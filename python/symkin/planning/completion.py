@@ -26,6 +26,7 @@ _SWEEPS = 3
 _EXCHANGED = 25  # members that are exchanged; those after them are chosen again before their time
 _BETTER = 1 + 1e-3  # of the gain: less is no exchange
 _NEGLIGIBLE = 1e-12  # of the largest eigenvalue of the form
+_NEEDED = 1e-6  # of the identity: what a member leaves less of is known by that member alone
 _LEFT = 1e-2  # of the largest W W': with less the differences have cost digits
 
 
@@ -68,8 +69,8 @@ class Completing:
             known = self.covariance(members)
             gains.add(best, known)
         members = self._exchanged(members, np.array(sorted(pool), dtype=np.intp))
-        while len(members) > 1 and reached(self.covariance(self._without_least(members))):
-            members = self._without_least(members)
+        while len(members) > 1 and reached(self.covariance(less := self._without_least(members))):
+            members = less
         return members
 
     def first(self, members: Sequence[int], count: int) -> list[int]:
@@ -107,12 +108,11 @@ class Completing:
         return members
 
     def _without_least(self, members: list[int]) -> list[int]:
-        rows = self.rows[members]
-        losses = [
-            np.sum(self.covariance(members[:i] + members[i + 1 :]) * self.form)
-            for i in range(len(rows))
-        ]
-        least = int(np.argmin(losses))
+        """All but the one that takes least off the mean squared error: here S = I - J A J'."""
+        spread, square = _seen(self.rows[members], self.covariance(members), self.root)
+        left = 2 * np.eye(len(spread))[:, :, None] - spread
+        needed = np.linalg.eigvalsh(left.transpose(2, 0, 1))[:, 0] < _NEEDED
+        least = int(np.argmin(np.where(needed, np.inf, _traces(left, square))))
         return members[:least] + members[least + 1 :]
 
 

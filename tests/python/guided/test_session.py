@@ -10,6 +10,7 @@ import symkin
 from symkin.errors import SymkinError
 from symkin.estimate.survey import Survey
 from symkin.guided import SimulatedDevice
+from symkin.guided.choosing import Chooser
 from symkin.model.settings import Tolerances
 from symkin.planning.completion import Completing
 from symkin.planning.selection import select_poses
@@ -110,6 +111,52 @@ def test_what_is_taken_back_does_not_count_and_is_asked_for_again(robot):
     assert session.progress.rows == 3
     assert session.next().pose == pytest.approx(ask.pose)
     assert len(session.measurements.poses) == 3
+
+
+@pytest.mark.parametrize("row", [2, 6, 10])
+def test_after_a_row_that_was_dropped_a_session_that_begins_again_asks_for_the_same_poses(
+    robot, tmp_path, row
+):
+    device = SimulatedDevice(robot, seed=2)
+    session = measured(robot.measure(ACCURACY, tmp_path, **FEW), device, rows=10)
+    session.drop(row)
+    for _ in range(7):
+        ask = session.asked()
+        again = robot.measure(ACCURACY, tmp_path, **FEW)
+        assert again.asked().pose == pytest.approx(ask.pose)
+        session.add(device(ask))
+
+
+def test_rows_that_are_taken_back_are_followed_without_plans(robot, monkeypatch):
+    device = SimulatedDevice(robot, seed=2)
+    session = measured(robot.measure(ACCURACY / 4, **FEW), device, rows=12)
+    planned = []
+    plan = Chooser.plan
+
+    def counted(*arguments):
+        planned.append(arguments)
+        return plan(*arguments)
+
+    monkeypatch.setattr(Chooser, "plan", counted)
+    before = session.asked().pose
+    session.add(device(session.asked()))
+    session.undo()
+    assert session.asked().pose == pytest.approx(before)
+    planned.clear()
+    session.drop(2)
+    session.asked()
+    assert len(planned) == 1
+
+
+def test_of_many_candidates_a_part_is_looked_at_and_none_is_left_out(robot, monkeypatch):
+    monkeypatch.setattr("symkin.guided.choosing._LOOKED_AT", 40)
+    session = robot.measure(ACCURACY, **FEW)
+    device, chooser = SimulatedDevice(robot, seed=2), session._chooser
+    seen: set[int] = set()
+    looked_at = chooser._looked_at
+    monkeypatch.setattr(chooser, "_looked_at", lambda: seen.update(found := looked_at()) or found)
+    measured(session, device, rows=12)
+    assert len(seen) > 80
 
 
 def test_a_repeat_is_at_the_same_pose_and_counts(robot):

@@ -30,3 +30,19 @@ def test_every_member_is_the_best_of_the_candidates_as_computed_anew(seed, rows,
 
     completing.completion([], reached, 25)
     assert len(added) >= 24
+
+
+@settings(max_examples=6, deadline=None)
+@given(seed=st.integers(0, 2**16), rows=st.integers(1, 6))
+def test_the_member_that_is_left_out_is_the_one_that_takes_off_least(seed, rows):
+    random = np.random.default_rng(seed)
+    candidates = random.normal(size=(12, rows, 15)) * np.logspace(1, -0.5, 15)
+    errors = random.normal(size=(40, 15))
+    form, members = errors.T @ errors, list(range(12))
+    completing = Completing(candidates, form, np.eye(15), np.ones(12))
+    left = [
+        np.sum(form * completing.covariance([each for each in members if each != out]))
+        for out in members
+    ]
+    kept = completing._without_least(members)
+    assert kept == [each for each in members if each != int(np.argmin(left))]
