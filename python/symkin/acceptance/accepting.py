@@ -12,6 +12,7 @@ import numpy as np
 
 from symkin.acceptance.calibration import calibrated_of, rows_seen
 from symkin.acceptance.certificate import ABOUT, Acceptance, Judged, Kind, TestedPose
+from symkin.acceptance.doubts import likely_cause, why_it_failed
 from symkin.acceptance.limits import (
     CONTRADICTED,
     RISK,
@@ -94,7 +95,13 @@ def accept(
     held_out = _held_out(found, table)
     noise = found.noise if found is not None else model.noise
     moved, fitted = tuple(frames or ()), 0
-    tested = Tested(model, table, noise)
+    try:
+        tested = Tested(model, table, noise)
+    except SymkinError as error:
+        cause = likely_cause(found, model, table)
+        if not cause:
+            raise
+        raise SymkinError(f"{error}; {cause}") from error
     if moved:
         tested, fitted = tested.with_own_base()
     given = {"position": uncertainty, "orientation": orientation_uncertainty}
@@ -132,6 +139,9 @@ def accept(
         )
         for index, rows in enumerate(visits)
     )
+    doubts: list[str] = []
+    if failed := next((each for each in judged if each.verdict == "fail"), None):
+        doubts = why_it_failed(found, model, table, tested, failed, moved)
     return Acceptance(
         name=model.name,
         judge=judge,
@@ -149,6 +159,7 @@ def accept(
         about=dict(about or {}),
         digests=_digests([*paths, table.source]),
         notes=(*table.notes, *_beyond(judge, judged, len(poses))),
+        doubts=tuple(doubts),
     )
 
 

@@ -120,6 +120,10 @@ class Acceptance(FolderResult):
         What else the certificate states, see `ABOUT`.
     digests : tuple of (name, SHA-256)
         Of the files it was made from.
+    notes : tuple of str
+        What else is to be known of the table, and of poses that were not tested.
+    doubts : tuple of str
+        Of a failure: what speaks against the rows rather than against the robot.
     """
 
     FILES: ClassVar[tuple[str, ...]] = ("acceptance.json", "certificate.html")
@@ -140,6 +144,7 @@ class Acceptance(FolderResult):
     about: Mapping[str, str] = field(default_factory=dict)
     digests: tuple[tuple[str, str], ...] = ()
     notes: tuple[str, ...] = ()
+    doubts: tuple[str, ...] = ()
 
     @property
     def space(self) -> PoseSpace:

@@ -5,7 +5,8 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from statistics import fmean
 from typing import Any, ClassVar
 
 import numpy as np
@@ -16,6 +17,7 @@ from symkin.analysis.promises import CONFIDENCE, parameter_effects, thinned
 from symkin.analysis.workspace import sample_workspace
 from symkin.errors import SymkinError
 from symkin.estimate.estimate import Estimate
+from symkin.estimate.parameters import Unknown
 from symkin.estimate.survey import adjoint, without_motions
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import transforms
@@ -25,6 +27,9 @@ from symkin.results import Result
 from symkin.values import Array, Value, field, record
 
 _RANK = 1e-9  # of the largest eigenvalue, of unknowns in their deviations
+_KNOWN = 1.0  # of its tolerance: the deviation of a difference that says something of it
+_BY_TOLERANCE = 0.5  # of their tolerances, by which these differ in each leg of two robots (rms)
+_SEVERAL = 6  # of these, at least
 _ALARM = 0.01  # of sound pairs of calibrations are said to differ
 
 
@@ -189,16 +194,21 @@ def compare(
         for i, name in enumerate(names)
     )
     moves, form = _end_effector(one, names, difference, covariance)
-    of_shape = _shape(difference, covariance, form)
+    statistic_of_shape, degrees_of_shape = _shape(difference, covariance, form)
+    shape = (
+        statistic_of_shape,
+        degrees_of_shape,
+        _core.chi_square_tail(statistic_of_shape, degrees_of_shape),
+    )
     every = {*one.names, *other.names} - set(names)
     return Comparison(
         name=one.nominal.name,
         statistic=statistic,
         degrees=degrees,
         p_value=p_value,
-        shape_statistic=of_shape[0],
-        shape_degrees=of_shape[1],
-        shape_p_value=_core.chi_square_tail(*of_shape),
+        shape_statistic=shape[0],
+        shape_degrees=shape[1],
+        shape_p_value=shape[2],
         parameters=parameters,
         left_out=tuple(sorted(name for name in every if name.startswith("leg"))),
         position=moves[0][0],
@@ -207,6 +217,11 @@ def compare(
         orientation_by_noise=moves[1][1],
         doubts=(
             *_same_rows(pair),
+            *(
+                _two_robots([firsts[0][name] for name in names], difference, deviations)
+                if shape[2] < _ALARM
+                else ()
+            ),
             *(
                 f"the {which} calibration is doubtful: {doubt}"
                 for found, which in zip(pair, ("first", "second"), strict=True)
@@ -260,6 +275,24 @@ def _same_rows(pair: list[Estimate]) -> list[str]:
     return [
         f"{same} of {len(other)} rows of the second calibration are those of the first: what was "
         "measured once shows neither a change of the robot nor noise"
+    ]
+
+
+def _two_robots(unknowns: Sequence[Unknown], difference: Array, deviations: Array) -> list[str]:
+    """Say that the calibrations may be of two robots: each leg differs by its tolerances."""
+    legs: dict[str, list[float]] = {}
+    for each, change, deviation in zip(unknowns, difference, deviations, strict=True):
+        if deviation < _KNOWN * each.tolerance:
+            square = (change**2 - deviation**2) / each.tolerance**2  # less that of noise
+            legs.setdefault(each.name.partition(".")[0], []).append(square)
+    count = sum(map(len, legs.values()))
+    by = math.sqrt(max(min(map(fmean, legs.values()), default=0.0), 0.0))
+    if len(legs) < 2 or count < _SEVERAL or by < _BY_TOLERANCE:
+        return []
+    return [
+        f"the parameters of every leg differ by {by:.2g} of the drawing's tolerances or more "
+        "(rms): these may be two robots of one drawing, whose serial numbers tell, rather than one "
+        "that has changed"
     ]
 
 

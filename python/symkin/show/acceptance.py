@@ -12,7 +12,6 @@ from symkin.show.wording import NONE, milli, percent, plural, quantity, signific
 
 _VERDICTS: dict[str, Verdict] = {"pass": "good", "fail": "bad", "undecided": "doubtful"}
 _STANDARD_VISITS = 30
-_WORSE = 1.1  # times the error of the drawing: no longer that of a calibration which helps little
 _LINE = "_" * 24
 _SHOWN_POSES = 5
 _DIGITS = 16  # of a digest
@@ -32,7 +31,7 @@ def acceptance_page(found: Acceptance) -> Page:
         judgement=" ".join(_sentence(found, judged) for judged in found.judged),
         doubts=[
             *dict.fromkeys(each.reason for each in found.judged if each.reason),
-            *_worse_than_drawn(found),
+            *found.doubts,
         ],
         notes=[*_left_out(found), *found.notes],
         one_page=True,
@@ -41,20 +40,6 @@ def acceptance_page(found: Acceptance) -> Page:
             Section("test", "What was tested", [_tested(found)], [_range(found), _about(found)]),
         ],
     )
-
-
-def _worse_than_drawn(found: Acceptance) -> list[str]:
-    """Why to ask whether the calibration is of this robot at all."""
-    for judged in found.judged:
-        error = judged.limits.corrected
-        if judged.verdict == "fail" and error > _WORSE * judged.before > 0:
-            return [
-                f"the drawing describes these rows better than the calibration does "
-                f"({milli(judged.before, judged.unit)}, {milli(error, judged.unit)}): was it made "
-                "of this robot, and did the device stand where it stood then? If it was set up "
-                "anew: --frames base"
-            ]
-    return []
 
 
 def _headlines(found: Acceptance, judged: Judged) -> list[Headline]:

@@ -214,3 +214,79 @@ def test_rows_of_the_calibration_are_known_however_a_program_rounds_them(
     with pytest.raises(SymkinError, match=r"36 of 36 rows .* are of the calibration itself"):
         accept(calibrated / "out", rounded("first.csv"), 2e-3)
     assert accept(calibrated / "out", rounded("later.csv"), 2e-3).held_out is True
+
+
+@pytest.fixture(scope="module")
+def found(robot):
+    return robot.identify(robot.simulate(robot.plan(12, candidates=400, seed=1), 3, made(robot)))
+
+
+def made(robot, seed=3):
+    return disturb(robot, seed=seed)
+
+
+def later(robot, actual):
+    """Rows that the calibration has not seen."""
+    plan = robot.plan(20, candidates=400, seed=9, design="mechanism")
+    return robot.simulate(plan, 5, actual).measurements
+
+
+@pytest.mark.parametrize(
+    ("change", "why"),
+    [
+        (
+            lambda rows: dataclasses.replace(rows, readings=rows.readings[:, [1, 0, 2]]),
+            "columns of legs 2, 1",
+        ),
+        (
+            lambda rows: dataclasses.replace(rows, readings=rows.readings * [-1, 1, 1]),
+            "the opposite sign",
+        ),
+        (
+            lambda rows: dataclasses.replace(rows, readings=np.roll(rows.readings, 1, axis=0)),
+            "1 row late",
+        ),
+        (
+            lambda rows: dataclasses.replace(rows, poses=25.4 * rows.poses),
+            "no robot like the drawing",
+        ),
+        (
+            lambda rows: dataclasses.replace(rows, poses=rows.poses + np.array([5e-3, 0, 0])),
+            "set up anew",
+        ),
+    ],
+    ids=["legs", "sign", "shifted", "scale", "device"],
+)
+def test_a_failure_by_a_mistake_in_the_rows_says_which(robot, found, change, why):
+    told = symkin.accept(found, change(later(robot, made(robot))), 5e-4)
+    assert told.verdict == "fail"
+    assert why in " ".join(told.doubts)
+
+
+@pytest.mark.parametrize("seed", [11, 12, 13])
+def test_a_failure_by_rows_of_another_robot_says_that_they_may_be(robot, found, seed):
+    told = symkin.accept(found, later(robot, made(robot, seed)), 5e-4)
+    assert told.verdict == "fail"
+    (doubt,) = told.doubts
+    assert "another robot of this drawing" in doubt
+    larger = np.array(made(robot).parameters)
+    larger[:, [name.endswith("length") for name in robot.parameter_names]] *= 1.1
+    other = robot.with_parameters(larger, symmetry=None)
+    (doubt,) = symkin.accept(found, later(robot, other), 5e-4).doubts
+    assert "no robot like the drawing of 3RRR" in doubt
+
+
+def test_a_robot_that_fails_a_narrow_tolerance_is_not_doubted(robot, found):
+    rows = later(robot, made(robot))
+    assert symkin.accept(found, rows, 5e-4).verdict == "pass"
+    told = symkin.accept(found, rows, 1e-6)
+    assert told.verdict == "fail"
+    assert told.doubts == ()
+
+
+def test_rows_of_which_none_can_be_taken_say_why():
+    delta = symkin.load("linear_delta")
+    plan = delta.plan(20, candidates=400, seed=9, design="mechanism")
+    rows = delta.simulate(plan, 5, delta).measurements
+    with pytest.raises(SymkinError, match=r"can take none .* the opposite sign"):
+        symkin.accept(delta, dataclasses.replace(rows, readings=rows.readings * [-1, 1, 1]), 5e-4)

@@ -41,6 +41,9 @@ def test_a_changed_leg_is_told_from_noise(robot, plan, options):
     assert other.moved
     assert other.shape_moved
     assert other.position > 5 * other.position_by_noise
+    assert not any("two robots" in doubt for doubt in other.doubts)
+    two = symkin.compare(first, calibration(robot, plan, disturb(robot, seed=8), 6, **options))
+    assert any("these may be two robots of one drawing" in doubt for doubt in two.doubts)
 
 
 def test_p_values_of_unchanged_robots_are_as_likely_as_any(robot, plan):
