@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Whether guided measuring pays: sessions on simulated robots, with what goes wrong in one.
 
-    .venv/bin/python benchmarks/guided.py [3RRR linear_delta hexapod_jugglebot] --sessions 40
+    .venv/bin/python benchmarks/guided.py [3RRR linear_delta delta_heights hexapod_jugglebot]
 
 Each session is a robot of its own, made within the tolerances, and decides by itself (`resolve`).
 Met is the share of the sessions whose robot really keeps the accuracy, over the workspace; alarmed
@@ -23,6 +23,7 @@ clock and of the processor, in the median, of 95% of the rows and of the slowest
 
 import argparse
 import time
+from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -43,18 +44,24 @@ RADIUS = 0.2  # m, at which a turn moves as much
 
 
 class Case(NamedTuple):
-    """What is measured of a robot, what is unknown, and how well it is to be known, m."""
+    """What is measured of a robot, what is unknown, and how well what is to be known, m."""
 
+    robot: str
     accuracy: float
     observe: str
     unknowns: dict[str, Any]
+    of: str | None = None
 
 
+TOLERATED = {"prior": "tolerances"}
 CASES = {
-    "3RRR": Case(1e-4, "pose", {}),
-    "linear_delta": Case(6e-5, "position", {"frames": ["base"], "prior": "tolerances"}),
+    "3RRR": Case("3RRR", 1e-4, "pose", {}),
+    "linear_delta": Case("linear_delta", 6e-5, "position", {"frames": ["base"], **TOLERATED}),
+    "delta_heights": Case(
+        "linear_delta", 4e-5, "height", {"frames": ["plane"], **TOLERATED}, of="height"
+    ),
     "hexapod_jugglebot": Case(
-        4e-4, "position", {"frames": ["base", "target"], "prior": "tolerances"}
+        "hexapod_jugglebot", 4e-4, "position", {"frames": ["base", "target"], **TOLERATED}
     ),
 }
 
@@ -74,22 +81,25 @@ class Trial:
         lost = 0.1 if kind == "failures" else 0.0
         self.device = SimulatedDevice(robot, seed, self.actual, observe=case.observe, lost=lost)
         self.sample = robot.sample_workspace(1000, seed=1).poses
+        if case.of == "height":  # which is of the bed, z = 0
+            self.sample = self.sample * [1, 1, 0]
         size = robot.space.size
         self._direction = np.random.default_rng(seed).normal(size=size)
         along = self.sample[:, :size] @ self._direction
         self._hidden = np.quantile(along, 0.85) if kind == "region" else np.inf
-        self.slip = 5 * self._deviation(size if case.observe == "position" else None)
+        axes = {"pose": range(robot.space.dof), "position": range(size), "height": [2]}
+        self.slip = 5 * self._deviation(axes[case.observe])
         shift, turn = np.random.default_rng([seed, 9]).normal(size=(2, size))
         by = MOVED * robot.noise.position
         self._shift = by * shift / np.linalg.norm(shift)
         self._turn = by / RADIUS * turn / np.linalg.norm(turn)
 
-    def _deviation(self, coordinates: int | None) -> float:
+    def _deviation(self, axes: Iterable[int]) -> float:
         """Of a reading from what the pose says that it is, both being noisy (rms over the legs)."""
         robot, poses = self.robot, self.sample[:100]
         readings = robot.inverse_kinematics(poses)
         square = robot.noise.reading**2
-        for axis in range(poses.shape[1] if coordinates is None else coordinates):
+        for axis in axes:
             noise = robot.noise.position if axis < robot.space.size else robot.noise.orientation
             moved = poses + noise * (np.arange(poses.shape[1]) == axis)
             change = robot.inverse_kinematics(moved) - readings
@@ -136,6 +146,13 @@ class Trial:
         readings = self.robot.inverse_kinematics(self.sample)
         taken = actual.forward_kinematics(readings, self.sample)[0]
         there = np.isfinite(taken).all(axis=1)
+        if self.case.of == "height":
+            there &= np.isfinite(model.forward_kinematics(readings, self.sample)[0]).all(axis=1)
+            known = model.forward_kinematics(readings[there], self.sample[there])[0]
+            c0, c1, c2 = model.frames.plane[:3]
+            above = known[:, 2] - (c0 + c1 * known[:, 0] + c2 * known[:, 1])
+            off = above / np.hypot(1.0, np.hypot(c1, c2)) - taken[there, 2]
+            return bool(np.sqrt(np.mean(off**2)) <= self.case.accuracy)
         seen = taken[there]
         if self.case.observe == "position":  # which leaves open how the target is turned
             seen[:, self.robot.space.size :] = np.nan
@@ -150,7 +167,12 @@ def session_of(trial: Trial, seed: int, candidates: int) -> dict[str, float]:
     """One session; what came of it."""
     case = trial.case
     session = trial.robot.measure(
-        case.accuracy, candidates=candidates, seed=seed, observe=case.observe, **case.unknowns
+        case.accuracy,
+        of=case.of,
+        candidates=candidates,
+        seed=seed,
+        observe=case.observe,
+        **case.unknowns,
     )
     counts = {"tries": 0, "alarms": 0, "found": np.nan}
     waited, named = [], False
@@ -192,6 +214,7 @@ def answered(trial: Trial, seed: int, candidates: int, rows: int) -> NDArray[np.
     case = trial.case
     session = trial.robot.measure(
         TINY * case.accuracy,
+        of=case.of,
         candidates=candidates,
         seed=seed,
         observe=case.observe,
@@ -222,10 +245,23 @@ def plan_of(robot: symkin.Robot, case: Case, needed: int | None) -> symkin.Plan:
     """So many poses, or as many as are enough, with as many spares."""
     sample = robot.sample_workspace(3000, seed=1)
     asked = {"observe": case.observe, "design": "mechanism"} | case.unknowns
-    if needed is None:
+    if needed is None and case.of is not None:
+        needed = next(n for n in range(15, MOST, 3) if _known(robot, case, sample, asked, n))
+    elif needed is None:
         curve = symkin.pose_count_curve(robot, sample, [24], estimator="joint", **asked)
         needed = curve.for_accuracy(case.accuracy).tried
     return symkin.make_plan(robot, sample, needed, spares=needed, **asked)
+
+
+def _known(robot: symkin.Robot, case: Case, sample: Any, asked: dict[str, Any], n: int) -> bool:
+    """Whether so many poses are enough, by what they tell of the robot as drawn."""
+    plan = symkin.make_plan(robot, sample, n, **asked)
+    device = SimulatedDevice(robot, 1, robot, observe=case.observe)
+    rows = [device.at(readings) for readings in plan.readings]
+    table = {name: [row[name] for row in rows] for name in rows[0]}
+    found = symkin.identify(robot, table, "joint", **case.unknowns)
+    poses = sample.poses * [1, 1, 0]  # of the bed, z = 0
+    return bool(found.expected_accuracy(poses, of=case.of).position_bound <= case.accuracy)
 
 
 def batch_of(trial: Trial, plan: symkin.Plan) -> dict[str, float]:
@@ -257,7 +293,8 @@ def main() -> None:
     parser.add_argument("--rows", type=int, help="of a session, of which the time is told")
     given = parser.parse_args()
     for name in given.robots:
-        robot, case = symkin.load(name), CASES[name]
+        case = CASES[name]
+        robot = symkin.load(case.robot)
         if given.known_frames:
             unknowns = {key: each for key, each in case.unknowns.items() if key != "frames"}
             case = case._replace(unknowns=unknowns)

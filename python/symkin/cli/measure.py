@@ -68,6 +68,7 @@ def measure(
         ),
     ],
     accuracy: AccuracyOption = None,
+    of: str | None = None,
     confidence: str = "0.95",
     device: Annotated[
         str | None,
@@ -138,6 +139,7 @@ def measure(
                 wanted[0],
                 out,
                 orientation=wanted[1],
+                of=of,  # type: ignore[arg-type]  # which it checks
                 confidence=share,
                 noise=by.estimated,
                 candidates=candidates,

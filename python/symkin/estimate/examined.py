@@ -42,8 +42,10 @@ from symkin.estimate.precision import (
 )
 from symkin.estimate.solution import settled, together
 from symkin.estimate.strain import Strain, strains_of
+from symkin.estimate.survey import check_coordinates
 from symkin.files.mechanism_writer import can_be_read
 from symkin.model.mechanism import Mechanism
+from symkin.options.words import Coordinates
 from symkin.values import Array, field, record
 
 _OF_CROSS_VALIDATION = ("heights", "notes")  # computed from it, if there is one
@@ -318,25 +320,36 @@ class Examined(Found[M]):
         poses: ArrayLike | None = None,
         confidence: float = CONFIDENCE,
         *,
+        of: Coordinates | None = None,
         assumed: bool = True,
     ) -> ExpectedAccuracy:
         """Predict the end-effector error over poses in the robot's own frame.
 
         By default those of the measurements. To first order, from what is uncertain of the
         unknowns alone and, if `assumed`, of what was declared besides; `confidence` is the share
-        of such robots that are within the bounds.
+        of such robots that are within the bounds. The position's error is `of` these coordinates
+        alone in the device's frame, such as "z", or of the "height" above the bed; by default of
+        all three.
+
+        Raises
+        ------
+        SymkinError
+            For coordinates that the robot does not have, or of an estimate leg by leg.
         """
+        check_coordinates(self.mechanism, of)
         asked: dict[str, Any] = {"confidence": confidence, "noise_degrees": self.noise_degrees}
         if poses is None:
             known = np.isfinite(self.latent_poses).all(axis=1)
             poses = self.measurements.poses if self.legs else self.latent_poses[known]
+        if self.legs and of is not None:
+            raise SymkinError(f'"{of}" alone is of an estimate of all legs together: by "joint"')
         if self.legs:
             return expected_accuracy(self.mechanism, poses, self.parameter_covariance, **asked)
         survey, covariance = promising(self, self.mechanism)
         if not assumed:
             survey = dataclasses.replace(survey, assumed=())
             covariance = self.observed_covariance
-        return survey.expected(poses, covariance, **asked)
+        return survey.expected(poses, covariance, of=of, **asked)
 
     @property
     @once

@@ -6,7 +6,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, TypedDict
+from typing import Any, TypedDict, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -39,7 +39,8 @@ from symkin.estimate.whitened import typical_sizes
 from symkin.model.core_setup import core_setup, scalar_values
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import frame, pose_rows, transforms
-from symkin.model.settings import Frames, unusual
+from symkin.model.settings import Frames, height_of_bed, unusual
+from symkin.options.words import Coordinates
 from symkin.values import Array, Value, field, record
 
 FIRST_ROW = 2  # of a table that symkin writes, below its header
@@ -52,6 +53,7 @@ SILENT = 0.9  # of a prior's deviation: the data will say next to nothing
 # Positions beside points.
 _POSED = frozenset({"pose", "position", "straightness", "orientation", "reported", "points"})
 _TRACKED = frozenset({"pose", "position", "straightness", "distance", "height"})
+_PLANAR = ("x", "y")  # both together are all
 _BESIDE = (SCALE, BED, SAG, "target", "plane")  # are no part of the robot
 PRIORS_HOLD = 'prior "tolerances" holds parameters; a prior of its own, or fixed, anything'
 
@@ -466,15 +468,17 @@ class Survey(Value):
         confidence: float = CONFIDENCE,
         noise_degrees: float = math.inf,
         anywhere: ArrayLike | Any | None = None,
+        of: Coordinates | None = None,
     ) -> ExpectedAccuracy:
         """Error to expect of the target in the device's frame, at given readings.
 
         Without frames that is the platform's in the robot's own. What frames and parameters explain
         alike does not matter to it, however uncertain either is. `anywhere` are poses over which
-        the largest error is bounded too. The covariance may be several robots', see `promised`.
+        the largest error is bounded too. The covariance may be several robots', see `promised`. The
+        position's error is `of` these coordinates, as `error_forms` has it.
         """
         poses = pose_rows(workspace)
-        position, orientation, *counts = self.error_forms(poses)
+        position, orientation, *counts = self.error_forms(poses, of)
         forms, known = (position, orientation), (confidence, noise_degrees)
         found = promised(forms, covariance, (counts[0], counts[1]), *known)
         found = dataclasses.replace(
@@ -506,17 +510,27 @@ class Survey(Value):
         named = zip(layout.names, layout.column_units, columns, strict=True)
         return tuple(PlannedUnknown(name, unit, *each) for name, unit, each in named)
 
-    def error_forms(self, poses: Array) -> tuple[Array, Array, int, int]:
+    def error_forms(
+        self, poses: Array, of: Coordinates | None = None
+    ) -> tuple[Array, Array, int, int]:
         """Mean squared position and orientation errors over poses, by errors of the unknowns.
 
         Quadratic forms, shape (unknowns, unknowns); and how many poses are in them, and left out.
+        The position's error is `of` these coordinates alone, in the device's frame: "z", "xy", or
+        the "height" above the plane that heights are measured from; by default of all.
         """
         columns = len(self.unknowns) + len(self.assumed)
         forms, evaluated = np.zeros((2, columns, columns)), 0
         for first in range(0, len(poses), _BLOCK):
-            effects, _ = self.effects(poses[first : first + _BLOCK])
+            block = poses[first : first + _BLOCK]
+            effects, good = self.effects(block)
             evaluated += len(effects)
-            for form, part in zip(forms, (effects[:, :3], effects[:, 3:]), strict=True):
+            position = effects[:, :3]
+            if of == "height":
+                position = self._heights(block[good])
+            elif of is not None:
+                position = effects[:, ["xyz".index(axis) for axis in of]]
+            for form, part in zip(forms, (position, effects[:, 3:]), strict=True):
                 form += form_of(part)
         if not evaluated:
             raise SymkinError(
@@ -548,10 +562,14 @@ class Survey(Value):
         placed = frames.base or frames.target or onto[of_legs : of_legs + _OF_FRAMES].any()
         if placed or self.floating or self.turned_anyhow or self.assumed:
             effects = self._in_device(effects, poses[good], frames)
-        onto = onto[: effects.shape[2]]
+        return self._by_unknowns(effects), good
+
+    def _by_unknowns(self, effects: Array) -> Array:
+        """Effects of the unknowns and of what was assumed, of those of the first scalars."""
+        onto = self.layout.by_columns[: effects.shape[2]]
         moved = by_columns(effects, onto)
         if not self.assumed:
-            return moved, good
+            return moved
         beside = []
         for each in self.assumed:
             itself = np.zeros(len(onto))
@@ -559,7 +577,39 @@ class Survey(Value):
             if of_robot and each.name.partition(".")[0] not in _BESIDE:
                 itself[self.layout.scalars.index(each.name)] = 1
             beside.append((moved @ each.moves - effects @ itself)[..., None])
-        return np.concatenate([moved, *beside], axis=2), good
+        return np.concatenate([moved, *beside], axis=2)
+
+    def _heights(self, poses: Array) -> Array:
+        """How the target's height above the plane changes with the unknowns, shape (n, 1, ...).
+
+        The plane ``z = c0 + c1 x + c2 y + bow (x^2 + y^2) / radius^2`` is in the robot's own frame,
+        and may be unknown, too; see `Frames`.
+        """
+        frames, space = self.mechanism.frames or Frames(), self.mechanism.pose_space
+        by_legs, _ = parameter_effects(self.mechanism, poses)
+        platform = transforms(space, poses)
+        arm = platform.rotation @ frame(space, frames.target).translation
+        place = platform.translation + arm
+        upright = np.broadcast_to(np.eye(3), platform.rotation.shape)
+        moves = np.concatenate(
+            [
+                adjoint(upright, arm) @ by_legs.reshape(*by_legs.shape[:2], -1),
+                np.zeros((len(poses), 6, 6)),  # the base's frame is the device's alone
+                adjoint(platform.rotation, np.zeros_like(arm)),
+            ],
+            axis=2,
+        )[:, :3]
+        plane = frames.plane or (0.0, 0.0, 0.0)
+        slopes, (bow, radius) = np.array(plane[1:3]), plane[3:] or (0.0, 1.0)
+        across, length = place[:, :2], math.hypot(1.0, *slopes)
+        tilts = slopes + 2 * bow / radius**2 * across
+        above = moves[:, 2] - np.einsum("ni,nij->nj", tilts, moves[:, :2])
+        # By slopes also the length changes by which the distance along z is divided.
+        longer = (place[:, 2] - height_of_bed(plane, place))[:, None] * slopes / length**2
+        bowed = np.square(across).sum(axis=1) / radius**2
+        of_plane = -np.column_stack([np.ones(len(poses)), across + longer, bowed])
+        heights = np.column_stack([above, of_plane]) / length
+        return self._by_unknowns(heights[:, None, : len(self.layout.by_columns)])
 
     def _in_device(self, moves: Array, poses: Array, frames: Frames) -> Array:
         """Tangents of the target in the device's frame, by those of the platform and by frames."""
@@ -585,6 +635,16 @@ class Survey(Value):
         if self.floating or self.turned_anyhow:
             effects = without_motions(effects, motions, mechanism.characteristic_length)
         return effects
+
+
+def check_coordinates(mechanism: Mechanism, of: str | None) -> None:
+    """Refuse coordinates of a position that the robot does not have."""
+    if of is None:
+        return
+    words = [each for each in get_args(Coordinates) if mechanism.space.in_space or each in _PLANAR]
+    if not mechanism.space.moves or of not in words:
+        wanted = f"expected {', '.join(words)}" if mechanism.space.moves else "it only turns"
+        raise SymkinError(f'the platform of {mechanism.name} has no "{of}"; {wanted}')
 
 
 def by_columns(effects: Array, onto: Array) -> Array:

@@ -18,7 +18,7 @@ from symkin.analysis.probing import with_probing_defaults
 from symkin.analysis.promises import CONFIDENCE, thinned
 from symkin.analysis.workspace import WorkspaceSample, sample_workspace
 from symkin.errors import SymkinError
-from symkin.estimate.survey import Survey, Unknowns
+from symkin.estimate.survey import Survey, Unknowns, check_coordinates
 from symkin.estimate.unknowns import with_file_settings
 from symkin.files.mechanism_writer import save_mechanism
 from symkin.guided.choosing import Chooser, Target
@@ -29,6 +29,7 @@ from symkin.model.mechanism import Mechanism
 from symkin.model.poses import pose_rows
 from symkin.model.settings import IdentificationSettings
 from symkin.options import checks
+from symkin.options.words import Coordinates
 from symkin.planning.observing import dealt, where_observed
 from symkin.planning.prediction import check_wanted
 from symkin.planning.selection import (
@@ -53,6 +54,7 @@ def measure(
     out: str | os.PathLike[str] | None = None,
     *,
     orientation: float | None = None,
+    of: Coordinates | None = None,
     confidence: float = CONFIDENCE,
     noise: Literal["estimate"] | None = None,
     candidates: int | ArrayLike | WorkspaceSample | None = None,
@@ -74,6 +76,9 @@ def measure(
         The session's folder: one that is there goes on. By default it is kept in memory.
     orientation : float, optional
         The same of the orientation, rad; at least one of both is wanted.
+    of : str, optional
+        Coordinates that `accuracy` is of, in the device's frame: "x", "y", "z", two of them ("xy"),
+        or "height", that above the bed that a probe touches, over that bed. By default all.
     confidence : float
         Share of such robots that shall keep the accuracy.
     noise : "estimate", optional
@@ -104,13 +109,18 @@ def measure(
     """
     mechanism = as_mechanism(mechanism)
     check_wanted(mechanism, accuracy, orientation)
-    target = Target(accuracy, orientation, confidence)
+    check_coordinates(mechanism, of)
+    if of is not None and accuracy is None:
+        raise SymkinError(f'no accuracy of the position is wanted; expected one of "{of}"')
+    target = Target(accuracy, orientation, confidence, of)
     seed = mechanism.protocol.seed if seed is None else seed
     number = candidates if isinstance(candidates, int | np.integer) else None
     if candidates is None or number is not None:
         number = number or min(mechanism.protocol.candidates, _CANDIDATES)
         candidates = sample_workspace(mechanism, int(number), seed)
     observed = Observed.of(mechanism, observe)
+    if of == "height" and (observed is None or "height" not in observed.kinds):
+        raise SymkinError('no height is observed that could be wanted; expected observe "height"')
     poses = where_observed(mechanism, observed, pose_rows(candidates))
     given = {name: unknowns.get(name) for name in Unknowns.__annotations__}
     wanted = with_file_settings(given, mechanism.identification)
@@ -168,7 +178,10 @@ def _settle(
     told: dict[str, Any] = {
         "robot": robot.name,
         "drawing or unknowns": hashlib.sha256(drawing.read_bytes()).hexdigest(),
-        "accuracy": target.wanted,
+        "accuracy": {
+            target.of or name if name == "position" else name: value
+            for name, value in target.wanted.items()
+        },
         "confidence": target.confidence,
         "observe": ["pose"] if observed is None else list(observed.kinds),
         "noise": noise or "declared",
@@ -221,6 +234,9 @@ def _settings(path: Path) -> dict[str, Any]:
 
 def _said(value: Any) -> str:
     if isinstance(value, dict):
-        units = {"position": "m", "orientation": "rad"}
-        return " and ".join(f"{each:g} {units[name]}" for name, each in value.items())
+        return " and ".join(
+            f"{each:g} {'rad' if name == 'orientation' else 'm'}"
+            f"{'' if name in ('position', 'orientation') else f' of {name}'}"
+            for name, each in value.items()
+        )
     return " and ".join(map(str, value)) if isinstance(value, list) else str(value)

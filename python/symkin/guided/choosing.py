@@ -23,7 +23,9 @@ from symkin.estimate.precision import expected_over
 from symkin.estimate.survey import SILENT, Survey
 from symkin.guided.regions import Regions
 from symkin.model.mechanism import Mechanism
+from symkin.options.words import Coordinates
 from symkin.planning.completion import Completing
+from symkin.planning.observing import where_observed
 from symkin.planning.visiting import visiting_order
 from symkin.values import Array, record
 
@@ -35,16 +37,21 @@ _SAME = 1e-7  # m or rad, by which a pose that was written and read again may di
 _AVOIDED = 1.5  # standard deviations of the candidates, around a pose to avoid
 _AMONG = 2000  # poses over which the error is averaged while poses are chosen
 _LOOKED_AT = 5000  # candidates among which new ones are looked for at a time, others the next time
+_SINGLE: tuple[Coordinates, ...] = ("height", "x", "y", "z")
 _KEPT = ("_tries", "queue", "_held", "_begun", "planned", "_stale", "more")
 
 
 @record
 class Target:
-    """The accuracy that is wanted: position and orientation, m and rad; None for any."""
+    """The accuracy that is wanted: position and orientation, m and rad; None for any.
+
+    Of the position these coordinates alone count, "z" or the "height" above a bed; None: all.
+    """
 
     position: float | None
     orientation: float | None
     confidence: float
+    of: Coordinates | None = None
 
     @property
     def wanted(self) -> dict[str, float]:
@@ -86,7 +93,7 @@ class Chooser:
         self.robot, self.candidates, self.target = robot, candidates, target
         self._observe, self._unknowns, self._seed = observe, unknowns, seed
         # The poses that the promise is for: some of them may not be measured.
-        self._over = thinned(expected_over(robot), _AMONG)
+        self._over = thinned(judged_at(robot, observe, target.of), _AMONG)
         poses = candidates.reshape(-1, candidates.shape[2])
         coordinates = workspace_coordinates(robot, poses)
         spread = coordinates.std(axis=0)
@@ -200,13 +207,36 @@ class Chooser:
 
         Bounds by name, m and rad, and names of what priors alone hold even then, the worst first.
         """
-        survey, rows, forms = self._at_drawing
-        flat = rows[np.isfinite(rows).all(axis=(1, 2))].reshape(-1, rows.shape[2])
-        known = np.linalg.inv(_prior_information(survey) + flat.T @ flat)
-        covariance: Array = np.outer(survey.scale, survey.scale) * known
+        survey, _, forms = self._at_drawing
+        covariance = self._known_at_best
         shares = np.sqrt(np.diag(covariance)) / survey.priors
         names = [survey.unknowns[i] for i in np.argsort(-shares) if shares[i] > SILENT]
         return self._bounds(forms, covariance, self.target.confidence), tuple(names)
+
+    @cached_property
+    def shown(self) -> dict[str, float]:
+        """Single coordinates that would be as accurate as was wanted of more, and their floors."""
+        wanted, found = self.target.position, dict[str, float]()
+        if self.target.of is not None or wanted is None or self.floor()[0]["position"] <= wanted:
+            return found
+        survey = self._at_drawing[0]
+        probed = self._observe is not None and "height" in self._observe.kinds
+        for each in _SINGLE:
+            if each in self.robot.space.position or (probed and each == "height"):
+                poses = thinned(judged_at(self.robot, self._observe, each), _AMONG)
+                form, *_ = survey.error_forms(poses, each)
+                floor = bound_of(form, self._known_at_best, self.target.confidence)
+                if floor < wanted:
+                    found[each] = floor
+        return found
+
+    @cached_property
+    def _known_at_best(self) -> Array:
+        """The unknowns' covariance, if all candidates were measured of the robot as drawn."""
+        survey, rows, _ = self._at_drawing
+        flat = rows[np.isfinite(rows).all(axis=(1, 2))].reshape(-1, rows.shape[2])
+        known = np.linalg.inv(_prior_information(survey) + flat.T @ flat)
+        return np.asarray(np.outer(survey.scale, survey.scale) * known)
 
     def reaches(self, estimate: Estimate[Any], confidence: float, again: Array) -> bool:
         """Whether the accuracy is kept with this confidence once these poses are measured again."""
@@ -299,7 +329,7 @@ class Chooser:
         return survey
 
     def _forms(self, survey: Survey) -> dict[str, Array]:
-        position, orientation, *_ = survey.error_forms(self._over)
+        position, orientation, *_ = survey.error_forms(self._over, self.target.of)
         return {"position": position, "orientation": orientation}
 
     def _known(self, survey: Survey, estimate: Estimate[Any] | None) -> Array | None:
@@ -370,6 +400,12 @@ def _prior_information(survey: Survey) -> Array:
     known = np.where(np.isfinite(survey.priors), survey.priors, _WIDE * scale)
     relations = survey.layout.relations * scale
     return np.diag((scale / known) ** 2) + relations.T @ relations
+
+
+def judged_at(robot: Mechanism, observe: Observed | None, of: Coordinates | None) -> Array:
+    """The poses that an accuracy is for: the workspace's; of heights, where they are probed."""
+    poses = expected_over(robot)
+    return where_observed(robot, observe, poses) if of == "height" else poses
 
 
 def not_known() -> dict[str, float]:

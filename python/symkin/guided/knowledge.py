@@ -33,7 +33,8 @@ from symkin.guided.choosing import not_known
 from symkin.guided.tries_table import KEPT, SLIPPED, TriesTable
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import Tolerances
-from symkin.values import record
+from symkin.options.words import Coordinates
+from symkin.values import Array, record
 
 TAKEN_AS = "taken as "  # begins the remark of a row that was put right
 _LOOKED_AT = 6  # rows, from the last, of which one may keep all others from being fitted
@@ -72,7 +73,10 @@ class Known:
 
 
 class Knowledge:
-    """Estimates and verdicts by the number of lines that they are of."""
+    """Estimates and verdicts by the number of lines that they are of.
+
+    The accuracy is `of` these coordinates, `judged_at` these poses, by default in the workspace.
+    """
 
     def __init__(
         self,
@@ -81,8 +85,11 @@ class Knowledge:
         confidence: float,
         noise: Literal["estimate"] | None,
         least: int,
+        of: Coordinates | None,
+        judged_at: Array | None,
     ) -> None:
         self._robot, self._table, self._least = robot, table, least
+        self._of, self._judged_at = of, judged_at
         self._how: dict[str, Any] = {"confidence": confidence, "noise": noise}
         self._known: dict[int, Known] = {}
         self._verdicts: dict[int, Verdict] = {}
@@ -106,8 +113,10 @@ class Knowledge:
         if known.estimate is None:
             return not_known(), known.failure
         try:
-            poses = expected_over(known.estimate.mechanism)
-            found = known.estimate.expected_accuracy(poses, confidence)
+            poses = self._judged_at
+            if poses is None:
+                poses = expected_over(known.estimate.mechanism)
+            found = known.estimate.expected_accuracy(poses, confidence, of=self._of)
         except SymkinError as error:  # as of a row that no robot can have
             return not_known(), str(error)
         return {"position": found.position_bound, "orientation": found.orientation_bound}, ""

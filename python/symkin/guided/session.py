@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import datetime as dt
 import math
 from collections.abc import Mapping
@@ -20,7 +21,7 @@ from symkin.estimate.parameters import Unknown
 from symkin.estimate.survey import Survey
 from symkin.files.mechanism_writer import save_mechanism
 from symkin.guided.checks import Verdict
-from symkin.guided.choosing import Chooser
+from symkin.guided.choosing import Chooser, judged_at
 from symkin.guided.held import Held
 from symkin.guided.knowledge import TAKEN_AS, Knowledge, Known
 from symkin.guided.rows import RowFormat
@@ -77,7 +78,7 @@ class Progress(Value):
         Rows that count, and tries that failed.
     position_bound, orientation_bound : float
         What the wanted share of such robots is within over the workspace (rms), m and rad;
-        infinite as long as that is not known.
+        infinite as long as that is not known. Of the position's coordinates that are wanted.
     confidence : float
         That share: of what is wanted; after a repair, half as many robots may miss.
     repaired : bool
@@ -100,6 +101,9 @@ class Progress(Value):
         What would be left then, m and rad.
     unseen : tuple of str
         The unknowns that priors alone would hold then.
+    shown : mapping of str to float
+        Coordinates of the position, as `of` has them, that alone would be known as well as was
+        wanted of all, where those never will be; and what would be left of each, m.
     failure : str
         Why there is no estimate; empty if there is one.
     """
@@ -120,6 +124,7 @@ class Progress(Value):
     orientation_floor: float
     unseen: tuple[str, ...]
     failure: str
+    shown: Mapping[str, float] = dataclasses.field(default_factory=dict)
 
 
 class Session:
@@ -165,8 +170,9 @@ class Session:
         path = None if folder is None else folder / TABLE
         self._table = TriesTable(path, (*names, "device", "remark"))
         self._repeating: tuple[int, ...] = ()
-        confidence = chooser.target.confidence
-        self._knowledge = Knowledge(robot, self._table, confidence, noise, least)
+        confidence, of = chooser.target.confidence, chooser.target.of
+        poses = judged_at(robot, observed.observed, of) if of == "height" else None
+        self._knowledge = Knowledge(robot, self._table, confidence, noise, least, of, poses)
         self._told: dict[int, Progress] = {}
         self._floor: tuple[dict[str, float], tuple[str, ...]] | None = None
         self._seen = self._edition = 0
@@ -484,6 +490,7 @@ class Session:
             orientation_floor=floor["orientation"],
             unseen=unseen,
             failure=failure,
+            shown=self._chooser.shown if never else {},
         )
 
     def _follow(self) -> None:

@@ -8,6 +8,7 @@ from typing import Any, Literal
 
 from symkin.options.option import Option
 from symkin.options.words import (
+    Coordinates,
     Criterion,
     Design,
     Estimator,
@@ -98,6 +99,9 @@ _ALL = (
     Option("confidence", float, default=0.95, metavar="SHARE", least=0.5, most=0.9999, unit="1",
            seldom=_FITTING,
            help="Of all such robots, that shall keep the accuracy, such as 0.95 or 95%."),
+    Option("of", Coordinates, seldom=_CHOOSING,
+           help="Coordinates, in the device's frame, that the accuracy of the position is of: z, "
+                "xy, ..., or the height above the bed that a probe touches; by default all."),
     # What is observed
     Option("observe", list[Observable], metavar="KIND", objects=True,
            help="What is observed: pose (the default), position, orientation, straightness "

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from typing import Literal
 
+Coordinates = Literal["x", "y", "z", "xy", "xz", "yz", "height"]
 Criterion = Literal["O1", "O2", "O3", "O4", "O5", "expected_error"]
 Design = Literal["legs", "orbits", "mechanism"]
 Estimator = Literal["paper", "inverse", "implicit", "joint"]

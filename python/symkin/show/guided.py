@@ -19,6 +19,7 @@ from symkin.show.units import on_paper
 from symkin.show.wording import milli, percent, plural, significant
 from symkin.values import Array
 
+_COORDINATES = {"height": "height above the bed"}
 _BAR = 26
 WIDTH = 79  # of a terminal; pages break lines themselves
 _NAMED = 3
@@ -51,7 +52,7 @@ def progress_text(session: Session, progress: Progress) -> str:
             continue
         bound = getattr(progress, f"{kind}_bound")
         now = milli(bound, unit) if math.isfinite(bound) else _UNKNOWN_MORE
-        parts.append(f"{kind} {now} of {milli(wanted, unit)}")
+        parts.append(f"{_named(session, kind)} {now} of {milli(wanted, unit)}")
     more = "" if progress.reached or progress.never else f", {_more(progress)}"
     if progress.closing:
         more = f", enough with {progress.closing} of the first poses again (a slip would show)"
@@ -221,6 +222,12 @@ def end_text(session: Session, progress: Progress, width: int = WIDTH) -> str:
             "(--observe), or measure with less noise."
         )
         lines = _wanted(session, progress, "floor")
+        told = [
+            f"{_COORDINATES.get(of, of)}, {milli(floor, 'm')} (--of {of})"
+            for of, floor in progress.shown.items()
+        ]
+        if told:
+            lines += _filled(f"Asked for alone these would do: {'; '.join(told)}.", 2, width)
         if progress.unseen:
             named = few(unknowns_by_name(progress.unseen), _NAMED)
             lines += _filled(f"Known by their tolerances alone: {named}.", 2, width)
@@ -256,10 +263,16 @@ def end_text(session: Session, progress: Progress, width: int = WIDTH) -> str:
     return "\n".join(text)
 
 
+def _named(session: Session, kind: str) -> str:
+    """What the accuracy is of: the position, or its coordinates that are wanted."""
+    of = session.target.of
+    return kind if of is None or kind != "position" else _COORDINATES.get(of, of)
+
+
 def _wanted(session: Session, progress: Progress, of: str) -> list[str]:
     units = {"position": "m", "orientation": "rad"}
     return [
-        f"  {kind}: {milli(getattr(progress, f'{kind}_{of}'), units[kind])} of "
+        f"  {_named(session, kind)}: {milli(getattr(progress, f'{kind}_{of}'), units[kind])} of "
         f"{milli(value, units[kind])} wanted"
         for kind, value in session.target.wanted.items()
     ]
