@@ -5,9 +5,8 @@
 
 #include <cmath>
 
-#include "symkin/chains/detail/kernels.hpp"
+#include "symkin/estimation/detail/kernels_of_processor.hpp"
 #include "symkin/model/batched_leg.hpp"
-#include "symkin/support/processor.hpp"
 
 namespace symkin {
 namespace detail {
@@ -307,23 +306,6 @@ struct LaneKernelsOf {
 
 }  // namespace detail
 
-#ifdef SYMKIN_COMPILES_AVX2
-const LaneKernels* lane_kernels_avx2() {
-  return &detail::LaneKernelsOf<chains::Scalar<xsimd::avx2>>::kTable;
-}
-#else
-#ifdef SYMKIN_HAS_AVX2
-const LaneKernels* lane_kernels_avx2();
-#endif
-
-const LaneKernels& lane_kernels() {
-#ifdef SYMKIN_HAS_AVX2
-  if (processor_has(Processor::avx2)) {
-    return *lane_kernels_avx2();
-  }
-#endif
-  return detail::LaneKernelsOf<chains::Scalar<xsimd::default_arch>>::kTable;
-}
-#endif
+SYMKIN_KERNELS_OF_PROCESSOR(LaneKernels, lane_kernels, detail::LaneKernelsOf)
 
 }  // namespace symkin

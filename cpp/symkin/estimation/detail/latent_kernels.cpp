@@ -4,10 +4,9 @@
 // scattered: what the poses say is summed in lanes, which are added up once at the end.
 #include "symkin/estimation/detail/latent_kernels.hpp"
 
-#include "symkin/chains/detail/kernels.hpp"
+#include "symkin/estimation/detail/kernels_of_processor.hpp"
 #include "symkin/estimation/detail/latent_elimination.hpp"
 #include "symkin/estimation/detail/latent_sums.hpp"
-#include "symkin/support/processor.hpp"
 
 namespace symkin {
 namespace detail {
@@ -50,23 +49,6 @@ struct LatentKernelsOf {
 
 }  // namespace detail
 
-#ifdef SYMKIN_COMPILES_AVX2
-const LatentKernels* latent_kernels_avx2() {
-  return &detail::LatentKernelsOf<chains::Scalar<xsimd::avx2>>::kTable;
-}
-#else
-#ifdef SYMKIN_HAS_AVX2
-const LatentKernels* latent_kernels_avx2();
-#endif
-
-const LatentKernels& latent_kernels() {
-#ifdef SYMKIN_HAS_AVX2
-  if (processor_has(Processor::avx2)) {
-    return *latent_kernels_avx2();
-  }
-#endif
-  return detail::LatentKernelsOf<chains::Scalar<xsimd::default_arch>>::kTable;
-}
-#endif
+SYMKIN_KERNELS_OF_PROCESSOR(LatentKernels, latent_kernels, detail::LatentKernelsOf)
 
 }  // namespace symkin
