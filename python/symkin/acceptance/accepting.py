@@ -6,6 +6,7 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +25,7 @@ from symkin.acceptance.limits import (
 )
 from symkin.acceptance.repeatability import pose_accuracy, visits_of
 from symkin.acceptance.tested import Tested
+from symkin.analysis.evaluation import AlignedErrors, Evaluation, evaluate
 from symkin.data.measurements import Measurements
 from symkin.data.reading import Measured, as_measurements
 from symkin.errors import SymkinError, did_you_mean
@@ -105,10 +107,12 @@ def accept(
     if moved:
         tested, fitted = tested.with_own_base()
     given = {"position": uncertainty, "orientation": orientation_uncertainty}
-    before = _before(found, tested)
+    before = _before(found, table)
     length = model.characteristic_length
     apart = tolerance if tolerance is not None else length * (orientation_tolerance or 0.0)
     visits = visits_of(tested.distances(length), apart)
+    # Points of one pose share what the robot is off by there, and stand for no others.
+    commanded = len(visits_of(tested.distances(length, of_points=False), apart))
     judged: list[Judged] = []
     limits: dict[str, list[RmsLimits | None]] = {}
     for kind, limit in wanted.items():
@@ -130,7 +134,9 @@ def accept(
             for mean, own_limits in zip(means, limits[kind], strict=True)
             if mean and own_limits
         ]
-        judged.append(_judged(kind, over_all, of_poses, before[kind], judge, tested.failed))
+        count = min(commanded, len(of_poses))
+        made = _judged(kind, over_all, of_poses, before[kind], judge, tested.failed, count)
+        judged.append(made)
     poses = tuple(
         TestedPose(
             tuple(tested.numbers[rows].tolist()),
@@ -148,6 +154,7 @@ def accept(
         judged=tuple(judged),
         verdict=_worst([each.verdict for each in judged]),
         poses=poses,
+        commanded=commanded,
         held_out=held_out,
         pose_space=model.pose_space,
         failed=tested.failed,
@@ -158,7 +165,7 @@ def accept(
         workspace=_box(model),
         about=dict(about or {}),
         digests=_digests([*paths, table.source]),
-        notes=(*table.notes, *_beyond(judge, judged, len(poses))),
+        notes=(*table.notes, *_beyond(judge, judged, commanded)),
         doubts=tuple(doubts),
     )
 
@@ -204,10 +211,17 @@ def _held_out(found: Estimate | None, table: Measurements) -> bool | None:
     return True
 
 
-def _before(found: Estimate | None, tested: Tested) -> dict[str, float]:
-    if found is None:
-        return {"position": math.nan, "orientation": math.nan}
-    return tested.of_model(found.nominal)
+def _before(found: Estimate | None, table: Measurements) -> dict[str, float]:
+    """Errors of the drawing at the same rows, in the frames that were found; NaN if unknown."""
+    errors: Evaluation | AlignedErrors | None = None
+    if found is not None:
+        with suppress(SymkinError):
+            drawn = found.nominal.replace(frames=found.mechanism.frames)
+            errors = evaluate(drawn, measurements=table)
+            if found.floats and errors.aligned is not None:
+                errors = errors.aligned
+    kinds = ("position", "orientation")
+    return {kind: getattr(errors, f"{kind}_rms", math.nan) for kind in kinds}
 
 
 def _mean_of(errors: Array, uncertainty: Array) -> tuple[Array, Array] | None:
@@ -231,6 +245,7 @@ def _judged(
     before: float,
     judge: Judge,
     failed: Sequence[int],
+    commanded: int,
 ) -> Judged:
     tolerance = over_all.tolerance
     verdict: Verdict = over_all.verdict
@@ -245,9 +260,9 @@ def _judged(
         )
     elif verdict == "undecided":
         reason = "the tolerance lies between the limits: more poses, or a better device, decide"
-    if verdict == "pass" and len(of_poses) < _FEWEST:
+    if verdict == "pass" and commanded < _FEWEST:
         verdict = "undecided"
-        poses = "one pose" if len(of_poses) == 1 else f"{len(of_poses)} poses"
+        poses = "one pose" if commanded == 1 else f"{commanded} poses"
         reason = (
             f"{poses} cannot stand for all others: measure {_FEWEST} at least, as ISO 9283 does, "
             f"or {_MANY} that are drawn at random"

@@ -105,7 +105,9 @@ class Acceptance(FolderResult):
     verdict : {"pass", "fail", "undecided"}
         Of all together.
     poses : tuple of TestedPose
-        The commanded poses.
+        The commanded poses; of points that were measured, a place of each at each pose.
+    commanded : int
+        How many poses those are of, whose number says how far they stand for others.
     held_out : bool or None
         Whether no row is one of the calibration; None if nobody said which those were.
     failed : tuple of int
@@ -133,6 +135,7 @@ class Acceptance(FolderResult):
     judged: tuple[Judged, ...]
     verdict: Verdict
     poses: tuple[TestedPose, ...]
+    commanded: int
     held_out: bool | None
     pose_space: str
     failed: tuple[int, ...] = ()

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import copy
-import math
 from typing import Any
 
 import numpy as np
@@ -70,12 +69,15 @@ class Tested:
         tangents = between(Transform(still, STAYS.translation), motions)
         return np.asarray(tangents[:, self.model.space.components])
 
-    def distances(self, length: float) -> Array:
-        """Coordinates of which distances mean something: rotations at the characteristic length."""
+    def distances(self, length: float, *, of_points: bool = True) -> Array:
+        """Coordinates of which distances mean something: rotations at the characteristic length.
+
+        Of points that were measured those of each, or else of the poses that they were seen at.
+        """
         scale = np.ones(self.model.space.dof)
         scale[self.model.space.size :] = length
         coordinates = self.coordinates.copy()
-        if self._points is not None:  # of which every one is somewhere else
+        if of_points and self._points is not None:  # of which every one is somewhere else
             there = transforms(self.model.pose_space, self.commanded).translation
             coordinates[:, : self.model.space.size] = there[:, : self.model.space.size]
         return np.asarray(coordinates * scale)
@@ -131,19 +133,6 @@ class Tested:
         moved = Transform(rotation, translation)
         made = self._commanding(poses_of(name, moved @ transforms(name, self.commanded)))
         return made, len(space.frame_components)
-
-    def of_model(self, model: Mechanism) -> dict[str, float]:
-        """Root mean squares of another model at the same rows; NaN where it cannot take one."""
-        poses, taken = model.forward_kinematics(self.table.readings)
-        if not taken.all():
-            return {"position": math.nan, "orientation": math.nan}
-        other = self._commanding(self._framed(poses))
-        found = {}
-        for kind in ("position", "orientation"):
-            part = other.part(kind)
-            known = part[np.isfinite(part).all(axis=1)] if part.size else part
-            found[kind] = float(np.sqrt(np.sum(known**2) / len(known))) if known.size else math.nan
-        return found
 
     def _framed(self, poses: Array) -> Array:
         """Poses of the platform as those of the target, or of the points, in the device's frame."""

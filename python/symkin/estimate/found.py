@@ -306,6 +306,11 @@ class Found(Value, Generic[M]):
         return total_of(self.goodness).least
 
     @property
+    def floats(self) -> bool:
+        """Whether the frames of measuring device or target were unknown."""
+        return any(name.startswith(("base.", "target.")) for name in self.names)
+
+    @property
     def unexplained(self) -> bool:
         """Whether the residuals of any fit are larger than noise and priors explain."""
         return any(each.unexplained for each in self.goodness)

@@ -22,7 +22,9 @@ _LEAST_P = 1e-6
 def acceptance_page(found: Acceptance) -> Page:
     """Tell whether a robot keeps its tolerance: a certificate of one printed page."""
     verdict = {"pass": "PASS", "fail": "FAIL", "undecided": "UNDECIDED"}[found.verdict]
-    poses = plural(len(found.poses), "pose")
+    poses = plural(found.commanded, "pose")
+    if len(found.poses) > found.commanded:
+        poses = f"{len(found.poses)} places of points at {poses}"
     return Page(
         title=f"{found.name}: {verdict}",
         subtitle=f"Acceptance over {poses}, {plural(_rows(found), 'row')}",
@@ -197,7 +199,7 @@ def _left_out(found: Acceptance) -> list[str]:
 
 
 def _rows(found: Acceptance) -> int:
-    return sum(each.accuracy.visits for each in found.poses)
+    return len({number for each in found.poses for number in each.rows})
 
 
 @page_of.register(Comparison)

@@ -323,10 +323,8 @@ def _expected_line(found: Estimate, kind: str, unit: str) -> ErrorLine:
 
 def as_told(found: Estimate, *errors: Evaluation) -> Sequence[Evaluation | AlignedErrors]:
     """What a screen says first: what no frame explains, where nobody knows the frames."""
-    unknown = {name.partition(".")[0] for name in found.names}
     aligned = [each.aligned for each in errors if each.aligned is not None]
-    floats = not unknown.isdisjoint({"base", "target"})
-    return aligned if floats and len(aligned) == len(errors) else errors
+    return aligned if found.floats and len(aligned) == len(errors) else errors
 
 
 def instrument_of(found: Estimate, kind: str) -> float:

@@ -8,9 +8,10 @@ import pytest
 
 import symkin
 from symkin.acceptance.accepting import accept
+from symkin.analysis.observed import Observed
 from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError
-from symkin.model.settings import NoiseSettings
+from symkin.model.settings import Frames, NoiseSettings
 from symkin.planning.simulation import disturb
 
 
@@ -290,3 +291,34 @@ def test_rows_of_which_none_can_be_taken_say_why():
     rows = delta.simulate(plan, 5, delta).measurements
     with pytest.raises(SymkinError, match=r"can take none .* the opposite sign"):
         symkin.accept(delta, dataclasses.replace(rows, readings=rows.readings * [-1, 1, 1]), 5e-4)
+
+
+def test_points_of_few_poses_do_not_pass_for_many_poses(robot, poses):
+    places = ((0.05, 0.0), (-0.03, 0.04), (0.0, -0.05))
+    drawn = declared(robot).replace(frames=Frames(base=(1.0, -0.5, 0.3), points=places))
+    seen = Observed("points", base=drawn.frames.base, points=places)
+    exact = measured(robot, poses, noise=0.0)
+    table = seen.measure(exact, drawn.noise, 1)
+    few = accept(drawn, table[:4], 1e-4)
+    assert (few.verdict, few.commanded, len(few.poses)) == ("undecided", 4, 12)
+    some = accept(drawn, table[:12], 1e-4)
+    assert (some.verdict, some.commanded) == ("pass", 12)
+    assert "of 12 poses" in some.notes[-1]
+    assert "36 places of points at 12 poses, 12 rows" in some.text(whole=True)
+    every = accept(drawn, table[:12], 1e-4, judge="largest")
+    assert f"at least {100 * 0.05 ** (1 / 12):.3g} %" in every.notes[-1]
+
+
+def test_the_drawing_is_told_in_the_frames_that_it_would_have_had(robot, poses):
+    actual, places = disturb(robot, 3), ((0.05, 0.0), (-0.03, 0.04), (0.0, -0.05))
+    seen = Observed("points", base=(1.0, -0.5, 0.3), points=places)
+    exact = Measurements.of(
+        poses, actual.inverse_kinematics(poses), reading_unit="rad", pose_space="planar"
+    )
+    table = seen.measure(exact, robot.noise, 1)
+    found = symkin.identify(robot, table[:20])
+    accepted = accept(found, table[20:], 1e-3)
+    told = symkin.evaluate(
+        robot.replace(frames=found.mechanism.frames), measurements=table[20:]
+    ).aligned
+    assert accepted.judged[0].before == pytest.approx(told.position_rms)
