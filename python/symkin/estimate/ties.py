@@ -47,10 +47,18 @@ def equation_of(text: str, units: Mapping[str, str]) -> Equation:
 
 def equations_of(texts: Sequence[str], units: Mapping[str, str]) -> list[Equation]:
     """The same of several ties."""
+    return list(_equations_of(tuple(texts), tuple(units.items())))
+
+
+@lru_cache(maxsize=16)  # a declared robot has hundreds, and is laid out for each of many tables
+def _equations_of(
+    texts: tuple[str, ...], units: tuple[tuple[str, str], ...]
+) -> tuple[Equation, ...]:
     of_legs: dict[str, str] = {}
-    for each in units:
+    for each, _ in units:
         of_legs.setdefault(each.partition(".")[2], each)
-    return [_equation_of(text, units, of_legs) for text in texts]
+    known = dict(units)
+    return tuple(_equation_of(text, known, of_legs) for text in texts)
 
 
 def _equation_of(text: str, units: Mapping[str, str], of_legs: Mapping[str, str]) -> Equation:
@@ -91,7 +99,7 @@ _MEANING = re.compile(rf"\s*{ONE_DRAW}\s*$|\s*{MEASURED}\s*$|\s+within\b(?!.*=).
 _EXAMPLE = "'leg1.distal_length = leg2.distal_length' or 'leg1.x + leg2.x = 0.2 m'"
 
 
-@lru_cache(maxsize=2048)  # a declared robot has hundreds, and is laid out for each of many tables
+@lru_cache(maxsize=2048)  # with other unknowns, too
 def _linear(
     text: str, side: str, unknowns: frozenset[str], unit: str
 ) -> tuple[Mapping[str, float], float]:

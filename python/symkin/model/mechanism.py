@@ -549,7 +549,7 @@ class Mechanism(Kinematics):
         """Working mode of each leg."""
         return tuple(leg.working_mode for leg in self.legs)
 
-    @property
+    @cached_property
     def home(self) -> Array:
         """The pose at which the workspace's aspect is defined, shape (coordinates,)."""
         return read_only(self.poses_at(self.home_coordinates))

@@ -9,6 +9,7 @@ tolerances as priors, so that an estimate far from the drawing counts as much as
 from __future__ import annotations
 
 import dataclasses
+import functools
 import heapq
 import math
 import operator
@@ -51,6 +52,8 @@ _A_NUMBER = 1 / 3  # of them, that a number of the legs adds where they have man
 _TESTS = 10  # of the first at least, by what is observed besides the coordinates of its poses
 _HOPELESS = 100.0  # times what another leaves, itself less than that per degree
 _NAMED = 4
+_BEGUN = 12  # steps, after which it shows what may come to rest,
+_FOLLOWED = 4  # and how many of what has not are followed
 _GREAT = 100.0  # per degree: of two mistakes of the table at least one leaves more
 _HUGE = 1000.0  # times better suffices even if something else is wrong besides
 
@@ -291,19 +294,19 @@ def _judged(stated: Correction, listed: ShortList, shaped: Shaped) -> tuple[Hypo
         framed = [each for each in still if each.options.frames and not stated.options.frames]
         still = tuple(framed) if "columns-exchanged" in own else ()
     corrections += _looked_through(stated, still, _LOOKS)
-    # Of what the drawing has wrong a robot is known by now, which corrects it.
-    corrections = [each for each in map(_redrawn_by, corrections) if each is not None]
-    poses, steps = SECOND
+    poses = SECOND[0]
     if any(each.left_out for each in corrections):  # of which few poses may have none
         poses = len(stated.measurements.poses)
-    tried = [(each, each.some(poses).fit(steps)) for each in corrections]
+    tried = _with_redrawn(_fitted(corrections, poses), poses)
+    known = {id(each): fit for each, fit in tried if len(each.measurements.poses) <= poses}
     rivals = _rivals(tried)
     tables = {each.key: each.measurements for each in rivals}
     unchanged = stated.measurements
     if rivals and stated.options.loss != "none":
         sound = rivals[0].not_rejected()
         stated, *rivals = (each.subset(sound) for each in (stated, *rivals))
-    settled = [(each, fit) for each in rivals if (fit := each.fit(SECOND[1]))]
+    again = [(each, known.get(id(each)) or each.fit(SECOND[1])) for each in rivals]
+    settled = [(each, fit) for each, fit in again if fit]
     named = {id(each) for each in _rivals(settled)}
     as_stated = _as_stated(stated, [fit for each, fit in settled if id(each) in named])
     hypotheses = [_told(stated, as_stated)]
@@ -329,7 +332,7 @@ def _judged(stated: Correction, listed: ShortList, shaped: Shaped) -> tuple[Hypo
     kept = {id(each) for each in rivals}
     found = [each for each in rivals if id(each) in named]
     if any(each.options is not stated.options or each.redrawn for each in found):
-        hypotheses = _with_look_alikes(stated, hypotheses)
+        hypotheses = _with_look_alikes(stated, hypotheses, [fit for _, fit in settled])
     hypotheses += [_told(each, fit) for each, fit in tried if fit and id(each) not in kept]
     return tuple(sorted(hypotheses, key=_rank))
 
@@ -341,12 +344,15 @@ def _rank(hypothesis: Hypothesis) -> tuple[bool, bool, float]:
     return not proposed, drawn, hypothesis.per_degree
 
 
-def _with_look_alikes(stated: Correction, hypotheses: list[Hypothesis]) -> list[Hypothesis]:
+def _with_look_alikes(
+    stated: Correction, hypotheses: list[Hypothesis], settled: Sequence[_core.JointFit]
+) -> list[Hypothesis]:
     """With what explains as well what parameters that are set free do, or better."""
     proposed = [each for each in hypotheses if each.proposed]
     if not proposed:
         return hypotheses
-    tried = (_told(each, each.fit(SECOND[1]), proposed=True) for each in look_alikes(stated))
+    every = len(stated.measurements.poses)
+    tried = (_told(*each, proposed=True) for each in _fitted(look_alikes(stated), every, settled))
     alike = [each for each in tried if each.explained]
     best = min((*proposed, *alike), key=lambda each: each.chi_square)
     most = best.chi_square + BETTER * max(best.per_degree, 1.0)
@@ -367,18 +373,66 @@ def _settled(correction: Correction) -> Correction:
     return correction.settled(_learnt)
 
 
-def _redrawn_by(correction: Correction) -> Correction | None:
-    """With the drawing corrected, where that is the correction; None if there is nothing to."""
-    if not correction.wide or correction.again is None:
-        return correction
-    corrected = _settled(correction)
-    return None if corrected.again else corrected
+Tried = list[tuple[Correction, _core.JointFit | None]]
+
+
+def _fitted(
+    corrections: Iterable[Correction], poses: int, beside: Sequence[_core.JointFit] = ()
+) -> Tried:
+    """Each at some of the poses; None without a fit.
+
+    What is right comes to rest soon, and what is not takes most of its steps nowhere: after some of
+    them what is far behind another, or one `beside`, is left, and of the others all but the best.
+    """
+    some = [(each, each.some(poses)) for each in corrections]
+    begun = [(each, few, few.fit(_BEGUN, whole=False)) for each, few in some]
+    settled = [*beside, *(fit for _, _, fit in begun if fit and fit.converged)]
+    least = min(map(per_degree, settled), default=math.inf)
+    most = _HOPELESS * max(least, 1.0) if least < _HOPELESS else math.inf
+    open_ = [
+        (per_degree(fit), number)
+        for number, (_, _, fit) in enumerate(begun)
+        if not (fit and fit.converged) and per_degree(fit) <= most
+    ]
+    followed = {number for _, number in heapq.nsmallest(_FOLLOWED, open_)}
+    return [
+        (each, fit if fit and fit.converged else few.fit(SECOND[1]) if i in followed else None)
+        for i, (each, few, fit) in enumerate(begun)
+    ]
+
+
+def _with_redrawn(tried: Tried, poses: int) -> Tried:
+    """With the drawing corrected, by a robot that is known by now, where that is the correction.
+
+    Where even free numbers leave far too much one number in all legs does not do, and where none
+    comes to rest the best may do robustly.
+    """
+    kept = [(each, fit) for each, fit in tried if not each.wide or each.again is None]
+    redrawn, robustly = [], 1
+    for each, fit in tried:
+        if not each.wide or each.again is None:
+            continue
+        if fit and fit.goodness.chi_square > _HOPELESS * fit.goodness.limit:
+            continue
+        if fit is None:
+            robustly -= 1
+            if robustly < 0:
+                continue
+        corrected = each.settled(_learnt if fit is None else functools.partial(_as_fitted, fit))
+        if corrected.again is None:
+            redrawn.append(corrected)
+    return [*kept, *_fitted(redrawn, poses, [fit for _, fit in kept if fit])]
+
+
+def _as_fitted(fit: _core.JointFit, correction: Correction) -> Mechanism:
+    """The robot after a fit."""
+    return correction.mechanism.with_parameters(fit.setup.parameters, symmetry=None)
 
 
 def _learnt(correction: Correction) -> Mechanism:
     """The robot after a robust fit."""
     fit = correction.model.problem(correction.measurements, SECOND[1]).fit(loss="cauchy")
-    return correction.mechanism.with_parameters(fit.setup.parameters, symmetry=None)
+    return _as_fitted(fit, correction)
 
 
 def _looked_through(

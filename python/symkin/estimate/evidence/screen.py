@@ -25,6 +25,7 @@ from symkin.values import Array, record
 
 _KEPT = 8  # of the edits, by their distance from the drawing
 _FRAMED = 12  # of those with unknown frames
+_APART = 5.0  # in scores, of a frame that does what a correction does which explains all
 _PLACED = 10  # poses by which unknown frames are placed
 _AGREES = 4.0  # standard deviations that half of a leg's readings are from the drawing at most
 FIRST = 6  # that are tried with a second
@@ -101,11 +102,13 @@ class Screen:
         stepped = sorted(((self.step(each), each) for each in settled), key=operator.itemgetter(0))
         least = stepped[0][0] if stepped else math.inf
         most = _RIVALS * least if least < _EXPLAINED else _HOPELESS
+        explains = least < _NOISE and least * _BETTER < self.step(stated)
+        farthest = self.score(stepped[0][1]) + _APART if explains else math.inf
         return ShortList(
             tuple(each for each in stepped[:_FOLLOWED] if each[0] <= most),
-            (*(each for value, each in framed if math.isfinite(value)), *wide),
+            (*(e for value, e in framed if math.isfinite(value) and value <= farthest), *wide),
             tuple(each for _, each in (best or framed)[:FIRST]),
-            explains=least < _NOISE and least * _BETTER < self.step(stated),
+            explains=explains,
         )
 
     def score(self, correction: Correction) -> float:
@@ -195,9 +198,8 @@ class Screen:
             tolerances.length,
             tolerances.angle * robot.characteristic_length,
         )
-        known = taken.place.known
         off = [
-            robot.closure(leg, taken.place.poses[known], np.nan_to_num(taken.readings[known, leg]))
+            taken.place.closure(leg, taken.readings[:, leg])
             for leg in range(taken.readings.shape[1])
         ]
         binding = np.stack(off)[..., 1:] / width
@@ -292,6 +294,21 @@ class _Place:
         found = np.full((len(self.poses), len(self.robot.legs)), np.nan)
         found[self.known] = self.robot.inverse_kinematics(self.poses[self.known])
         return found
+
+    def closure(self, leg: int, readings: Array) -> Array:
+        """Of a leg at the known poses, shape (n, k), zero for a reading that there is not.
+
+        Most corrections leave the readings of most legs as they are.
+        """
+        own = np.nan_to_num(readings[self.known])
+        key = leg, own.tobytes()
+        if key not in self._closures:
+            self._closures[key] = self.robot.closure(leg, self.poses[self.known], own)
+        return self._closures[key]
+
+    @cached_property
+    def _closures(self) -> dict[tuple[int, bytes], Array]:
+        return {}
 
     @cached_property
     def turns(self) -> Array:
