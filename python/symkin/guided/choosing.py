@@ -35,6 +35,7 @@ _WIDE = 1e3  # times its scale: what is known of an unknown without a prior
 _SPOILT = 10.0  # times the tolerances or the noise: an estimate that is no robot
 _SAME = 1e-7  # m or rad, by which a pose that was written and read again may differ
 _AVOIDED = 1.5  # standard deviations of the candidates, around a pose to avoid
+_AVOIDED_SHARE = 0.05  # of the candidates, that are avoided with it at most
 _AMONG = 2000  # poses over which the error is averaged while poses are chosen
 _LOOKED_AT = 5000  # candidates among which new ones are looked for at a time, others the next time
 _SINGLE: tuple[Coordinates, ...] = ("height", "x", "y", "z")
@@ -369,14 +370,15 @@ class Chooser:
         tries = self._tries
         chance = self._regions.chance(tries.tried, tries.failed)
         for place in tries.avoided:
-            chance[self._near(place)] = 0
+            chance[self._near(place, _AVOIDED_SHARE)] = 0
         chance = chance.reshape(self.candidates.shape[:2]).prod(axis=1)
         chance[list(tries.used)] = 0
         return np.asarray(chance)
 
-    def _near(self, place: int) -> NDArray[np.bool_]:
+    def _near(self, place: int, share: float = 1.0) -> NDArray[np.bool_]:
+        """The poses around one, this share of all at most: on a bed many are near."""
         away = np.linalg.norm(self._places - self._places[place], axis=1)
-        return np.asarray(away < _AVOIDED)
+        return np.asarray(away < min(_AVOIDED, float(np.quantile(away, share))))
 
     def _singles(self, place: int) -> range:
         """The poses of a candidate among the single ones."""
