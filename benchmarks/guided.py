@@ -23,7 +23,7 @@ clock and of the processor, in the median, of 95% of the rows and of the slowest
 
 import argparse
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -31,7 +31,7 @@ from numpy.typing import NDArray
 
 import symkin
 from symkin.data.measurements import Measurements
-from symkin.guided import SimulatedDevice
+from symkin.guided import Ask, Session, SimulatedDevice
 from symkin.model.settings import Tolerances
 from symkin.planning.simulation import disturb
 
@@ -163,6 +163,18 @@ class Trial:
         return bool(error.position_rms <= self.case.accuracy)
 
 
+def asks_of(session: Session) -> Iterator[Ask]:
+    """What a session asks for, until it ends or no pose is left."""
+    while True:
+        try:
+            ask = session.next()
+        except symkin.SymkinError:
+            return
+        if ask is None:
+            return
+        yield ask
+
+
 def session_of(trial: Trial, seed: int, candidates: int) -> dict[str, float]:
     """One session; what came of it."""
     case = trial.case
@@ -176,7 +188,7 @@ def session_of(trial: Trial, seed: int, candidates: int) -> dict[str, float]:
     )
     counts = {"tries": 0, "alarms": 0, "found": np.nan}
     waited, named = [], False
-    for ask in session:
+    for ask in asks_of(session):
         counts["tries"] += 1
         if counts["tries"] > MOST:
             break
