@@ -215,7 +215,8 @@ def end_text(session: Session, progress: Progress, width: int = WIDTH) -> str:
     rows, share = plural(progress.rows, "row"), percent(progress.confidence)
     lines = _wanted(session, progress, "bound")
     if progress.reached:
-        head = f"Enough: {rows}. {share} of such robots keep, over the workspace (rms):"
+        over = "bed" if session.target.of == "height" else "workspace"
+        head = f"Enough: {rows}. {share} of such robots keep, over the {over} (rms):"
     elif progress.never:
         head = (
             "Never: even all candidates together would leave this. Observe more of each pose "

@@ -13,6 +13,7 @@ from symkin.errors import SymkinError
 from symkin.estimate.survey import Survey
 from symkin.guided import SimulatedDevice
 from symkin.model.settings import Frames
+from symkin.show.guided import end_text
 
 FEW = {"candidates": 300, "seed": 1}
 ACCURACY = 8e-5
@@ -36,6 +37,7 @@ def done(delta, tmp_path_factory):
 def test_heights_alone_reach_an_accuracy_of_the_height_above_the_bed(delta, done):
     assert done.progress.reached
     assert done.progress.position_bound < ACCURACY
+    assert "such robots keep, over the bed (rms):" in end_text(done, done.progress)
     bed = delta.sample_workspace(500, seed=3).poses * [1, 1, 0]
     found = symkin.identify(done.folder / "robot.toml", done.folder / "measured.csv")
     told = found.expected_accuracy(bed, of="height")
