@@ -136,7 +136,8 @@ def _poses(found: Acceptance) -> Table:
     columns = ["Row", "Visits", "AP", "RP"] + ["AP, angle"] * turns
     columns += [f"Upper limit, {kind}" for kind in kinds]
     more = f", the largest of {len(order)}" if len(order) > _SHOWN_POSES else ""
-    return Table(f"Poses{more}", columns, [Group(rows)])
+    what = "Places of points" if len(order) > found.commanded else "Poses"
+    return Table(f"{what}{more}", columns, [Group(rows)])
 
 
 def _tested(found: Acceptance) -> str:
