@@ -591,6 +591,13 @@ def test_names_of_points_that_come_again_begin_the_next_pose(tmp_path):
     np.testing.assert_array_equal(found.columns["p3_x_mm"], [2.5, 4.5, np.nan])
 
 
+def test_a_cameras_list_has_no_z(tmp_path):
+    text = "marker,pose,X (mm),Y (mm)\nA,1,1,2\nB,1,3,4\nA,2,5,6\nB,2,7,8\nA,3,9,10\n"
+    found = import_log(written(tmp_path, "camera.csv", text))
+    assert sorted(found.columns) == ["p1_x_mm", "p1_y_mm", "p2_x_mm", "p2_y_mm", "pose"]
+    np.testing.assert_array_equal(found.columns["p2_y_mm"], [4, 8, np.nan])
+
+
 @pytest.mark.parametrize(
     ("names", "unit", "beside", "said"),
     [

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Lists of points, a row a point, as laser trackers and measuring arms export them."""
+"""Lists of points, a row a point, as trackers, measuring arms and cameras export them."""
 
 from __future__ import annotations
 
@@ -36,9 +36,9 @@ class _List(NamedTuple):
 
 
 def _list_of(log: Log) -> _List | None:
-    """None of what has no coordinates x, y and z, nor names beside them."""
+    """None of what has no coordinates x and y, perhaps z, nor names beside them."""
     rows = rows_of(log)
-    head = next((i for i, row in enumerate(rows) if len(row) > 3 and _places(row)), None)
+    head = next((i for i, row in enumerate(rows) if _places(row)), None)
     if head is None:
         return None
     places = _places(rows[head])
@@ -62,14 +62,14 @@ def _list_of(log: Log) -> _List | None:
 
 
 def _places(row: Sequence[str]) -> list[int]:
-    """Where the columns of x, y and z are, whose names begin alike; empty if there are others."""
+    """Where the columns of x, y and perhaps z are, whose names begin alike; empty without them."""
     columns = [ColumnName.of(name.strip()) for name in row]
     found = {
         axis: [k for k, each in enumerate(columns) if each and each.last == axis] for axis in "xyz"
     }
-    if any(len(each) != 1 for each in found.values()):
+    if len(found["x"]) != 1 or len(found["y"]) != 1 or len(found["z"]) > 1:
         return []
-    places = [found[axis][0] for axis in "xyz"]
+    places = [each[0] for each in found.values() if each]
     return places if len({each.before for k in places if (each := columns[k])}) == 1 else []
 
 
@@ -127,21 +127,23 @@ def _read(log: Log, asked: Asked) -> ImportedLog:
     assert found is not None
     if not is_unit(found.unit, "m"):
         raise log.error(
-            "does not say in which unit x, y and z are; write it into the heading, such as X [mm]"
+            "does not say in which unit its coordinates are; write it into the heading, as in "
+            "X [mm]"
         )
     own, point_of = _poses_and_points(log, found.names)
     twice = [key for key, count in Counter(zip(own, point_of, strict=True)).items() if count > 1]
     if twice:
         raise log.error(f"has point {twice[0][1]} of pose {twice[0][0]} twice; leave one of them")
     poses, points = list(dict.fromkeys(own)), list(dict.fromkeys(point_of))
-    values = numbers_of(log, found.cells, found.head + 2, 3)
+    size = len(found.cells[0])
+    values = numbers_of(log, found.cells, found.head + 2, size)
     numbers = poses if all(map(str.isdecimal, poses)) else range(1, len(poses) + 1)
     columns: dict[str, Array] = {"pose": np.array([int(each) for each in numbers], dtype=float)}
     for number, point in enumerate(points, 1):
         rows = [k for k, each in enumerate(point_of) if each == point]
-        places = np.full((len(poses), 3), np.nan)
+        places = np.full((len(poses), size), np.nan)
         places[[poses.index(own[k]) for k in rows]] = values[rows]
-        for axis, column in zip("xyz", places.T, strict=True):
+        for axis, column in zip("xyz"[:size], places.T, strict=True):
             columns[f"p{number}_{axis}_{found.unit}"] = column
     named = ", ".join(f"p{number} is {point}" for number, point in enumerate(points, 1))
     seen = int(np.isfinite(values).all(axis=1).sum())
