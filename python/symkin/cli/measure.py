@@ -32,6 +32,7 @@ from symkin.errors import SymkinError
 from symkin.guided import Session
 from symkin.guided.device import Device, Failed
 from symkin.guided.simulated import SimulatedDevice
+from symkin.options import Coordinates
 from symkin.show.entering import KEYS, entries_of, obeyed
 from symkin.show.guided import (
     ask_text,
@@ -68,7 +69,7 @@ def measure(
         ),
     ],
     accuracy: AccuracyOption = None,
-    of: str | None = None,
+    of: Coordinates | None = None,
     confidence: str = "0.95",
     device: Annotated[
         str | None,
@@ -139,7 +140,7 @@ def measure(
                 wanted[0],
                 out,
                 orientation=wanted[1],
-                of=of,  # type: ignore[arg-type]  # which it checks
+                of=of,
                 confidence=share,
                 noise=by.estimated,
                 candidates=candidates,

@@ -45,7 +45,7 @@ from symkin.estimate.strain import Strain, strains_of
 from symkin.estimate.survey import check_coordinates
 from symkin.files.mechanism_writer import can_be_read
 from symkin.model.mechanism import Mechanism
-from symkin.options.words import Coordinates
+from symkin.options import Coordinates
 from symkin.values import Array, field, record
 
 _OF_CROSS_VALIDATION = ("heights", "notes")  # computed from it, if there is one

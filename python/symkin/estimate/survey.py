@@ -40,7 +40,7 @@ from symkin.model.core_setup import core_setup, scalar_values
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import frame, pose_rows, transforms
 from symkin.model.settings import Frames, height_of_bed, unusual
-from symkin.options.words import Coordinates
+from symkin.options import Coordinates
 from symkin.values import Array, Value, field, record
 
 FIRST_ROW = 2  # of a table that symkin writes, below its header

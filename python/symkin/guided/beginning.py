@@ -28,8 +28,7 @@ from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import pose_rows
 from symkin.model.settings import IdentificationSettings
-from symkin.options import checks
-from symkin.options.words import Coordinates
+from symkin.options import Coordinates, checks
 from symkin.planning.observing import dealt, where_observed
 from symkin.planning.prediction import check_wanted
 from symkin.planning.selection import (

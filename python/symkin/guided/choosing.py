@@ -23,7 +23,7 @@ from symkin.estimate.precision import expected_over
 from symkin.estimate.survey import SILENT, Survey
 from symkin.guided.regions import Regions
 from symkin.model.mechanism import Mechanism
-from symkin.options.words import Coordinates
+from symkin.options import Coordinates
 from symkin.planning.completion import Completing
 from symkin.planning.observing import where_observed
 from symkin.planning.visiting import visiting_order

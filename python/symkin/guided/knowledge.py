@@ -33,7 +33,7 @@ from symkin.guided.choosing import not_known
 from symkin.guided.tries_table import KEPT, SLIPPED, TriesTable
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import Tolerances
-from symkin.options.words import Coordinates
+from symkin.options import Coordinates
 from symkin.values import Array, record
 
 TAKEN_AS = "taken as "  # begins the remark of a row that was put right

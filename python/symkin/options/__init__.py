@@ -9,6 +9,7 @@ from symkin.options.arguments import checks
 from symkin.options.option import Option
 from symkin.options.table import OPTIONS, checked, flags_of
 from symkin.options.words import (
+    Coordinates,
     Criterion,
     Design,
     Estimator,
@@ -32,6 +33,7 @@ from symkin.options.words import (
 
 __all__ = [
     "OPTIONS",
+    "Coordinates",
     "Criterion",
     "Design",
     "Estimator",
