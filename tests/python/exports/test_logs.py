@@ -581,6 +581,7 @@ def test_a_trackers_list_of_points_becomes_a_row_a_pose_with_its_readings(tmp_pa
     np.testing.assert_array_equal(found.columns["pose"], [8, 7, 9, 10])
     assert found.took[0].endswith("11 of which were seen")
     assert found.took[1].endswith("by no")
+    assert found.left == ("columns Time of the list",)
 
 
 def test_names_of_points_that_come_again_begin_the_next_pose(tmp_path):

@@ -27,12 +27,16 @@ _Key = tuple[str, ...]
 
 
 class _List(NamedTuple):
-    """Rows below the heading: words of what each point is called, and its coordinates' cells."""
+    """Rows below the heading: words of what each point is called, and its coordinates' cells.
+
+    And the columns that are neither.
+    """
 
     head: int
     names: list[_Key]
     cells: list[list[str]]
     unit: str
+    others: tuple[str, ...]
 
 
 def _list_of(log: Log) -> _List | None:
@@ -58,7 +62,9 @@ def _list_of(log: Log) -> _List | None:
     words = [tuple(_words(" ".join(row[k] for k in named))) for row in body]
     units = {each.unit for k in places if (each := columns[k])}
     unit = units.pop() if len(units) == 1 else ""
-    return _List(head, words, [[row[k] for k in places] for row in body], unit)
+    used = {*places, *named}
+    others = tuple(name.strip() for k, name in enumerate(rows[head]) if k not in used)
+    return _List(head, words, [[row[k] for k in places] for row in body], unit, others)
 
 
 def _places(row: Sequence[str]) -> list[int]:
@@ -148,15 +154,15 @@ def _read(log: Log, asked: Asked) -> ImportedLog:
     named = ", ".join(f"p{number} is {point}" for number, point in enumerate(points, 1))
     seen = int(np.isfinite(values).all(axis=1).sum())
     took = [f"{len(poses)} poses with {len(points)} points ({named}), {seen} of which were seen"]
-    left: tuple[str, ...] = ()
+    left = [f"columns {', '.join(found.others)} of the list"] if found.others else []
     if asked.beside is not None:
         table = read_table(asked.beside.path)
         beside, order, how = _beside(asked.beside, table, columns["pose"])
-        left = tuple(name for name in table.names if name not in (*beside, how))
-        left = (f"columns {', '.join(left)} of {asked.beside.path}",) if left else ()
+        others = [name for name in table.names if name not in (*beside, how)]
+        left += [f"columns {', '.join(others)} of {asked.beside.path}"] if others else []
         took.append(f"readings of {asked.beside.path}, by {how or 'the order of the rows'}")
         columns = {name: each[order] for name, each in columns.items()} | beside
-    return ImportedLog(_TITLE, columns, None, tuple(took), left)
+    return ImportedLog(_TITLE, columns, None, tuple(took), tuple(left))
 
 
 def _beside(log: Log, table: Table, poses: Array) -> tuple[dict[str, Array], list[int], str]:
