@@ -194,21 +194,20 @@ def compare(
         for i, name in enumerate(names)
     )
     moves, form = _end_effector(one, names, difference, covariance)
-    statistic_of_shape, degrees_of_shape = _shape(difference, covariance, form)
-    shape = (
-        statistic_of_shape,
-        degrees_of_shape,
-        _core.chi_square_tail(statistic_of_shape, degrees_of_shape),
-    )
+    of_shape = _shape(difference, covariance, form)
+    shape_p_value = _core.chi_square_tail(*of_shape)
+    robots: list[str] = []
+    if shape_p_value < _ALARM:
+        robots = _two_robots([firsts[0][name] for name in names], difference, deviations)
     every = {*one.names, *other.names} - set(names)
     return Comparison(
         name=one.nominal.name,
         statistic=statistic,
         degrees=degrees,
         p_value=p_value,
-        shape_statistic=shape[0],
-        shape_degrees=shape[1],
-        shape_p_value=shape[2],
+        shape_statistic=of_shape[0],
+        shape_degrees=of_shape[1],
+        shape_p_value=shape_p_value,
         parameters=parameters,
         left_out=tuple(sorted(name for name in every if name.startswith("leg"))),
         position=moves[0][0],
@@ -217,11 +216,7 @@ def compare(
         orientation_by_noise=moves[1][1],
         doubts=(
             *_same_rows(pair),
-            *(
-                _two_robots([firsts[0][name] for name in names], difference, deviations)
-                if shape[2] < _ALARM
-                else ()
-            ),
+            *robots,
             *(
                 f"the {which} calibration is doubtful: {doubt}"
                 for found, which in zip(pair, ("first", "second"), strict=True)

@@ -126,8 +126,7 @@ def read_measurements(
         if count > 1:
             raise table.error(
                 f'has rows of {count} robots, by its column "{robot}"; identify them by symkin '
-                "identify-batch, in Python by identify_many, or take out the rows "
-                "of all others"
+                "identify-batch, in Python by identify_many, or take out the rows of all others"
             )
     return measurements_of_table(table, mechanism, columns, ignore)
 
