@@ -14,7 +14,7 @@ from symkin.analysis.observability import name_combination
 from symkin.data.measurements import Measurements
 from symkin.errors import FailedFitError, SymkinError, SymmetryError
 from symkin.estimate.assumed import assumed_of, widened
-from symkin.estimate.blunders import estimated_noise, without_blunders
+from symkin.estimate.blunders import without_blunders
 from symkin.estimate.conflict import (
     LIMIT,
     DrawingConflict,
@@ -24,10 +24,10 @@ from symkin.estimate.conflict import (
 )
 from symkin.estimate.fit import as_mechanism
 from symkin.estimate.found import Found, GoodnessOfFit, Latent
+from symkin.estimate.noise import estimated_noise, noise_of_sessions
 from symkin.estimate.options import EstimateOptions
 from symkin.estimate.parameters import unknowns_of
 from symkin.estimate.problem import KINDS, Problem, Rows, says_nothing
-from symkin.estimate.session_noise import noise_of_sessions
 from symkin.model.canonical import canonical
 from symkin.model.core_setup import frames_of, scalar_values
 from symkin.model.file_frames import with_correlations

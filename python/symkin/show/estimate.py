@@ -552,12 +552,19 @@ def _noise_table(found: Estimate) -> list[Table]:
         return []
     declared, noise = found.nominal.noise, found.noise
     unit = found.nominal.reading_unit
+    kinds = [*found.nominal.space.errors, ("reading", unit)]
+    if declared.along is not None:
+        kinds.insert(1, ("along", kinds[0][1]))
     rows = [
-        (name, milli(getattr(declared, name), of), milli(getattr(noise, name), of))
-        for name, of in (*found.nominal.space.errors, ("reading", unit))
+        (name, milli(getattr(declared, name), of), _of_noise(getattr(noise, name), of))
+        for name, of in kinds
     ]
     columns = ("Noise of", "Declared", "Estimated")
     return [Table("Standard deviations of the noise", columns, [Group(rows)], brief=True)]
+
+
+def _of_noise(size: float, unit: str) -> str:
+    return milli(size, unit) if size else "0 (the other noise hides it)"
 
 
 def _prior_headline(prior: FittedPrior) -> Headline:
