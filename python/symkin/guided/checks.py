@@ -6,6 +6,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from statistics import NormalDist
 from typing import Any
 
 import numpy as np
@@ -14,9 +15,11 @@ from numpy.typing import NDArray
 from symkin import _core
 from symkin.estimate.conflict import LIMIT
 from symkin.estimate.estimate import Estimate
-from symkin.estimate.evidence.changes import change_tests
+from symkin.estimate.evidence.changes import SILENT, change_tests, rows_of_changes, terms_of_changes
+from symkin.estimate.evidence.residuals import ALARMS
+from symkin.estimate.evidence.unseen import POWER
 from symkin.model.mechanism import Mechanism
-from symkin.values import Value, record
+from symkin.values import Array, Value, record
 
 _TOLD = 17  # rows from which on no single one can spoil the comparison with the drawing
 _FARTHEST = 10.0  # times the tolerances: where fewer rows say so they are in another unit, rather
@@ -31,6 +34,7 @@ _RATHER = (
 _NO_STEP = 0.01  # probability of what legs that have not slipped seem to, or more
 _STEP = 1e-4  # and of those that have
 _PRICE, PLAINLY = 2.0, 10.0  # of an unknown more, and by how much chi-square is to fall besides
+_MOST_ASKED, _HALVED = 20.0, 30  # deviations, of what a test asks for at most, and how finely
 _DEGREES = math.pi / 180
 
 
@@ -208,6 +212,74 @@ def slipped_from(estimate: Estimate[Any], *, shaken: bool, beyond: float = 0.0) 
         if test.what == "step" and test.p_value < limit * test.limit and test.statistic**2 > beyond
     ]
     return min(steps, key=lambda each: each.p_value).row if steps else None
+
+
+def suspected(estimate: Estimate[Any], share: float) -> tuple[int, list[int]] | None:
+    """The line of the table from which on there may be a step, and those that would decide that.
+
+    None if more than this share of sound robots seem to have one as large. The lines are of the
+    rows whose poses would show most of it if they were measured again, the best first.
+    """
+    tests = change_tests(estimate)
+    steps = [each for each in tests if each.what == "step"]
+    test = min(steps, key=lambda each: each.p_value, default=None)
+    if test is None or test.p_value * len(steps) > share:
+        return None
+    rows = rows_of_changes(estimate, ())
+    assert rows is not None  # since there are tests
+    column = [*terms_of_changes(estimate, rows)][tests.index(test)].column
+    best = np.argsort(-rows.shown_by_repeating(column), kind="stable")
+    return test.row, estimate.measurements.row_numbers[rows.order[best]].tolist()
+
+
+@record
+class HiddenSlip(Value):
+    """The slip of a sensor, halfway through the rows, that most sessions notice, and none below it.
+
+    Attributes
+    ----------
+    size : float
+        In the unit of the readings; of all legs that whose slip does most.
+    position, orientation : float
+        What it would do to both if nobody noticed, over the workspace (rms), m and rad; to the
+        coordinates of the position that are wanted.
+    """
+
+    size: float
+    position: float
+    orientation: float
+
+
+def hidden_slip(estimate: Estimate[Any], forms: tuple[Array, Array]) -> HiddenSlip | None:
+    """What may have slipped unseen, by the errors' forms; None where nothing can be said."""
+    rows = rows_of_changes(estimate, ())
+    terms = [] if rows is None else [*terms_of_changes(estimate, rows)]
+    steps = [each for each in terms if each.what == "step"]
+    found: list[HiddenSlip] = []
+    for term in steps:
+        if rows is None or term.leg < 0:
+            continue
+        before = np.arange(len(rows.residual))[:, None] < len(rows.residual) // 2
+        column = np.where(before, -rows.by_leg[..., term.leg], 0.0)
+        length = rows.length(column)
+        if length <= SILENT * np.linalg.norm(column):  # an unknown already
+            continue
+        size = _seen_from(term.p_of, ALARMS / len(steps)) / length
+        moved = size * rows.moved(column)
+        position, orientation = (
+            float(np.sqrt(moved @ form[: len(moved), : len(moved)] @ moved)) for form in forms
+        )
+        found.append(HiddenSlip(size, position, orientation))
+    return max(found, key=lambda each: each.position or each.orientation, default=None)
+
+
+def _seen_from(p_of: Callable[[float], float], limit: float) -> float:
+    """How many deviations a step is that alarms in most sessions."""
+    least, most = 0.0, _MOST_ASKED
+    for _ in range(_HALVED):
+        middle = (least + most) / 2
+        least, most = (middle, most) if p_of(middle) > limit else (least, middle)
+    return most + NormalDist().inv_cdf(POWER)
 
 
 def edits_of(row: Mapping[str, float], robot: Mechanism) -> Iterator[tuple[str, dict[str, float]]]:

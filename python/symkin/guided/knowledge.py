@@ -15,17 +15,20 @@ from symkin.data.tries import DROPPED, LINK, STATUS
 from symkin.errors import NotIdentifiableError, SymkinError
 from symkin.estimate.estimate import Estimate
 from symkin.estimate.identification import tried
-from symkin.estimate.precision import expected_over
+from symkin.estimate.precision import expected_over, promising
 from symkin.guided.checks import (
     PLAINLY,
+    HiddenSlip,
     Verdict,
     edits_of,
     explains,
     explains_more,
+    hidden_slip,
     judged,
     rather_slipped,
     slipped_from,
     steady_legs,
+    suspected,
     tolerances_factor,
     worst_row,
 )
@@ -113,9 +116,7 @@ class Knowledge:
         if known.estimate is None:
             return not_known(), known.failure
         try:
-            poses = self._judged_at
-            if poses is None:
-                poses = expected_over(known.estimate.mechanism)
+            poses = self._judged_over(known.estimate)
             found = known.estimate.expected_accuracy(poses, confidence, of=self._of)
         except SymkinError as error:  # as of a row that no robot can have
             return not_known(), str(error)
@@ -129,6 +130,39 @@ class Knowledge:
         if count not in self._verdicts:
             self._verdicts[count] = self._judged(count, rows, len(rows) + planned)
         return self._verdicts[count]
+
+    def suspected(self, count: int, share: float) -> tuple[int, list[int]] | None:
+        """The row from which on there may be a step, and places of rows to decide that by.
+
+        None if more than this share of sound robots seem to have one, or it was kept as it is.
+        """
+        estimate = self.of(count).estimate
+        found = None if estimate is None else suspected(estimate, share)
+        if found is None:
+            return None
+        begin, *places = (line - 2 for line in (found[0], *found[1]))  # the header is line 1
+        rows = self._table.counting
+        for kept in map(self._table.place, self._table.said(KEPT, upto=count)):
+            away = bisect.bisect_left(rows, kept) - bisect.bisect_left(rows, begin)
+            if abs(away) <= _SAME_SLIP:
+                return None
+        return self._table.number(begin), places
+
+    def hidden(self, known: Known) -> HiddenSlip | None:
+        """What may have slipped without that anybody noticed; None where that cannot be said."""
+        found = known.estimate
+        if found is None:
+            return None
+        try:
+            survey, _ = promising(found, found.mechanism)
+            position, orientation, *_ = survey.error_forms(self._judged_over(found), self._of)
+        except SymkinError:
+            return None
+        return hidden_slip(found, (position, orientation))
+
+    def _judged_over(self, found: Estimate[Any]) -> Array:
+        """The poses that the accuracy is of."""
+        return expected_over(found.mechanism) if self._judged_at is None else self._judged_at
 
     def _by(
         self,

@@ -20,7 +20,7 @@ from symkin.estimate.estimate import Estimate
 from symkin.estimate.parameters import Unknown
 from symkin.estimate.survey import Survey
 from symkin.files.mechanism_writer import save_mechanism
-from symkin.guided.checks import Verdict
+from symkin.guided.checks import HiddenSlip, Verdict
 from symkin.guided.choosing import Chooser, judged_at
 from symkin.guided.held import Held
 from symkin.guided.knowledge import TAKEN_AS, Knowledge, Known
@@ -106,6 +106,12 @@ class Progress(Value):
         wanted of all, where those never will be; and what would be left of each, m.
     failure : str
         Why there is no estimate; empty if there is one.
+    suspected : int or None
+        The row from which on something may have slipped, if nothing else is missing: as many sound
+        sessions as may miss the accuracy look so. Poses are measured again until that is decided.
+    hidden : HiddenSlip or None
+        What may have slipped meanwhile although the session is enough: the accuracy is of a robot
+        whose sensors show what they did.
     """
 
     rows: int
@@ -125,6 +131,8 @@ class Progress(Value):
     unseen: tuple[str, ...]
     failure: str
     shown: Mapping[str, float] = dataclasses.field(default_factory=dict)
+    suspected: int | None = None
+    hidden: HiddenSlip | None = None
 
 
 class Session:
@@ -194,7 +202,7 @@ class Session:
         """Return the pose to measure now, even if what is known is enough."""
         repeating, closing = self._repeating, None
         if not repeating and self.progress.closing:
-            repeating, *left = self._unchecked()
+            repeating, *left = self._unchecked()[0]
             closing = self._poses_of(left)
         if not (repeating or self._chooser.planned):
             self._plan(len(self._table.lines))
@@ -433,7 +441,7 @@ class Session:
     def _plan(self, upto: int) -> None:
         """Choose poses by what so many lines say."""
         known = self._knowledge.of(upto)
-        again = self._poses_of(self._unchecked(upto))
+        again = self._poses_of(self._unchecked(upto)[0])
         self._chooser.plan(known.estimate, self._asked_of(known), again)
 
     def _poses_of(self, groups: list[tuple[int, ...]]) -> Array:
@@ -460,7 +468,7 @@ class Session:
         floor, unseen = self._floor
         never = not reached and any(floor[name] > value for name, value in wanted.items())
         reached = reached and degrees >= LEAST_DEGREES
-        left = self._unchecked()
+        left, suspected = self._unchecked()
         unchecked, again = sum(map(len, left)), self._poses_of(left)
         closing = reached
         if not reached and known.estimate is not None and len(again) and not self._chooser.begun:
@@ -491,6 +499,8 @@ class Session:
             unseen=unseen,
             failure=failure,
             shown=self._chooser.shown if never else {},
+            suspected=suspected if closing else None,
+            hidden=self._knowledge.hidden(known) if enough and not undecided else None,
         )
 
     def _follow(self) -> None:
@@ -539,10 +549,11 @@ class Session:
         group = self._table.together(self._table.place(int(again)))
         return tuple(number for number in map(self._table.number, group) if number > int(again))
 
-    def _unchecked(self, upto: int | None = None) -> list[tuple[int, ...]]:
+    def _unchecked(self, upto: int | None = None) -> tuple[list[tuple[int, ...]], int | None]:
         """Rows to measure again in the end: the first ones since something slipped, if anything.
 
-        Each shortly before the end; if that fails, another one, unless somebody leaves it out. Of
+        Each shortly before the end; if that fails, another one, unless somebody leaves it out. Then
+        one that decides whether something has slipped, as long as it may have: from that row on. Of
         so many lines, by default all.
         """
         table, count = self._table, len(self._table.lines) if upto is None else upto
@@ -571,7 +582,21 @@ class Session:
             wanted -= 1
             if not wanted:
                 break
-        return left
+        begun, places = (None, []) if left or not tried else self._suspected(count)
+        for place in places:
+            if place in ordinary[:-1] and str(table.number(place)) not in tried:
+                return [tuple(map(table.number, table.together(place)))], begun
+        return left, None
+
+    def _suspected(self, count: int) -> tuple[int | None, list[int]]:
+        """The row from which on something may have slipped, and places of those that decide that.
+
+        By so many lines; none once somebody has left out to measure one of them.
+        """
+        last = self._table.lines[[each for each in self._table.standing if each < count][-1]]
+        left_out = last["repeat_of"] and last[STATUS] == _UNCOUNTED
+        found = self._knowledge.suspected(count, 1 - self.target.confidence)
+        return (None, []) if left_out or found is None else found
 
     def _begun_by(self) -> int | None:
         """The row that the next one is measured with."""

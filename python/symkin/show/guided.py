@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from symkin.analysis.workspace import workspace_coordinates
 from symkin.data.sensor_tables import shown_readings
 from symkin.errors import few, unknowns_by_name
+from symkin.estimate.evidence.unseen import POWER
 from symkin.guided import Ask, Progress, Session, Verdict
 from symkin.guided.session import LEAST_DEGREES, ROBOT, TABLE
 from symkin.model.file_frames import as_drawn
@@ -56,6 +57,8 @@ def progress_text(session: Session, progress: Progress) -> str:
     more = "" if progress.reached or progress.never else f", {_more(progress)}"
     if progress.closing:
         more = f", enough with {progress.closing} of the first poses again (a slip would show)"
+    if progress.suspected is not None:
+        more = f", enough but that something may have slipped at row {progress.suspected}"
     if progress.undecided:
         more = ", enough once it is decided what does not fit"
     failed = f", {progress.failed} failed" if progress.failed else ""
@@ -239,6 +242,12 @@ def end_text(session: Session, progress: Progress, width: int = WIDTH) -> str:
                 f"Not yet: {rows}. Enough with {progress.closing} of the first poses again, which "
                 "would show a slip in the last rows. So far:"
             )
+        if progress.suspected is not None:
+            head = (
+                f"Not yet: {rows}. Enough, but that something may have slipped at row "
+                f"{progress.suspected}: poses of before are measured again until that is plain (s "
+                "skip does without). So far:"
+            )
         if progress.undecided:
             head = f"Not yet: {rows}. Enough once it is decided what does not fit. So far:"
         if progress.degrees < LEAST_DEGREES:
@@ -246,6 +255,7 @@ def end_text(session: Session, progress: Progress, width: int = WIDTH) -> str:
                 f"  the noise rests on {progress.degrees:.0f} degrees of freedom; expected "
                 f"{LEAST_DEGREES} at least"
             )
+    lines += _hidden(session, progress)
     if progress.repaired:
         lines += _filled(
             "After a repair: rows were dropped or put right, or something slipped, so that half as "
@@ -262,6 +272,28 @@ def end_text(session: Session, progress: Progress, width: int = WIDTH) -> str:
             more += f" --confidence {progress.confidence:g}"
         text += ["", f"symkin identify {files}{more} --out calibrated"]
     return "\n".join(text)
+
+
+def _hidden(session: Session, progress: Progress) -> list[str]:
+    """What may have slipped unseen, where that would spoil what was wanted."""
+    slip = progress.hidden
+    if slip is None:
+        return []
+    left = [
+        f"{milli(getattr(slip, kind), unit)} of {_named(session, kind)}"
+        for kind, unit in (("position", "m"), ("orientation", "rad"))
+        if getattr(slip, kind) > session.target.wanted.get(kind, math.inf)
+    ]
+    if not left:
+        return []
+    size = milli(slip.size, session.robot.reading_unit)
+    other = "other " if session.slips else ""
+    return _filled(
+        f"That holds if no {other}sensor slipped. One that does halfway, by {size}, is noticed in "
+        f"{percent(POWER)} of such sessions; if not, it costs {' and '.join(left)}. More rows "
+        "notice smaller slips.",
+        2,
+    )
 
 
 def _named(session: Session, kind: str) -> str:

@@ -42,7 +42,7 @@ from symkin.values import Array, Value, field, record
 _TRIM = 2  # rows before the first and after the last step that is looked for
 _RANK = 1e-9  # of the largest singular value
 _ALIKE = 1e-10  # of the largest eigenvalue of columns of unit length
-_SILENT = 1e-6  # of a column: the unknowns explain all of it
+SILENT = 1e-6  # of a column: the unknowns explain all of it
 _SMALL_LAG = 0.5  # of the last move
 _CLEAR_MOVES = 10.0  # mean square, in noise, for each row
 _MOST = 0.9  # of what noise does not explain
@@ -180,6 +180,17 @@ class Rows:
         along = -np.einsum("anr,nr->a", stacked, self.residual)
         sizes = inverse @ along
         return Explained(sizes, inverse, float(along @ sizes))
+
+    def shown_by_repeating(self, column: Array) -> Array:
+        """How much longer each row would make what is `left` (squared), measured again without it.
+
+        Shape (n,): by what the unknowns explain of the column there, and how well they are known.
+        """
+        there = column - self.left(column)
+        known = np.eye(there.shape[1]) + self.basis @ self.basis.swapaxes(1, 2)
+        return np.asarray(
+            np.einsum("nr,nr->n", there, np.linalg.solve(known, there[..., None])[..., 0])
+        )
 
     def moved(self, column: Array) -> Array:
         """By how much the unknowns are off if so much of a column, n x r, was taken for noise."""
@@ -331,7 +342,7 @@ def _term(
 ) -> Iterator[Term]:
     """A term, unless the unknowns explain all of it, as of a step where one is unknown already."""
     length = rows.length(column)
-    if length > _SILENT * np.linalg.norm(column) > 0:
+    if length > SILENT * np.linalg.norm(column) > 0:
         yield Term(what, of, leg, row, column, length, p_of)
 
 
@@ -364,7 +375,7 @@ def step_scores(one: Array, basis: Array, residual: Array) -> tuple[NDArray[np.i
     squares = from_here(np.square(one).sum(axis=1))
     explained = from_here(np.einsum("nrk,nr->nk", basis, one))
     left = squares - np.square(explained).sum(axis=1)
-    if not (left > _SILENT**2 * squares).all():
+    if not (left > SILENT**2 * squares).all():
         return steps[:0], np.empty(0), np.empty(0)
     scores = from_here((one * residual).sum(axis=1)) / np.sqrt(left)
     shared = squares[1:] - (explained[1:] * explained[:-1]).sum(axis=1)

@@ -21,7 +21,7 @@ from symkin.estimate.unknowns import SAG
 from symkin.model.devices import UNCALIBRATED
 from symkin.values import Array, record
 
-_POWER = 0.9  # of robots in which a test sees it
+POWER = 0.9  # of robots in which a test sees it
 _SEEN = 1e-3  # of a column: what unknowns leave less of, no size of it shows
 _NAMED = 3
 _OF_AXES = {"stretch": 0.5, "shear": 0.5, "lens": 1.0}  # what two axes differ or lean, for a term
@@ -96,7 +96,7 @@ def notes_of_the_unseen(found: Found) -> Iterator[Note]:
 def _seen_from(alarms: float) -> float:
     """Standard deviations of what a test for so many of the sound robots sees in most others."""
     normal = NormalDist()
-    return normal.inv_cdf(_POWER) - normal.inv_cdf(alarms / 2)
+    return normal.inv_cdf(POWER) - normal.inv_cdf(alarms / 2)
 
 
 def _of_changes(found: Found, rows: Rows) -> Iterator[_Defect]:
@@ -139,7 +139,7 @@ def _of_device(found: Found, rows: Rows) -> Iterator[_Defect]:
     columns, reach = columns_of_distortion(found, rows)
     known = found.nominal.device
     most = (UNCALIBRATED if known is None else known.distortion) * reach
-    for name, size in seen_from(rows, columns, _POWER).items():
+    for name, size in seen_from(rows, columns, POWER).items():
         kind = name.partition(" ")[0]
         if kind in _OF_AXES:  # a scale is held as exact, which is a note of its own
             size = min(size, _OF_AXES[kind] * most)
