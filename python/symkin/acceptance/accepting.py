@@ -13,7 +13,12 @@ import numpy as np
 
 from symkin.acceptance.calibration import calibrated_of, rows_seen
 from symkin.acceptance.certificate import ABOUT, Acceptance, Judged, Kind, TestedPose
-from symkin.acceptance.doubts import likely_cause, why_it_failed
+from symkin.acceptance.doubts import (
+    likely_cause,
+    rows_left_out,
+    rows_that_stand_still,
+    why_it_failed,
+)
 from symkin.acceptance.limits import (
     CONTRADICTED,
     RISK,
@@ -37,6 +42,7 @@ from symkin.values import Array
 
 _FEWEST, _MANY = 5, 30  # poses, that may stand for all others, and that do so well
 _SHARE = 0.95
+_ASIDE = 0.25  # of the workspace along an axis, of which poses that span less say little
 
 
 @checks()
@@ -100,10 +106,10 @@ def accept(
     try:
         tested = Tested(model, table, noise)
     except SymkinError as error:
-        cause = likely_cause(found, model, table)
+        cause = rows_that_stand_still(table) or likely_cause(found, model, table)
         if not cause:
             raise
-        raise SymkinError(f"{error}; {cause}") from error
+        raise SymkinError(f"{error}; {'; '.join(cause)}") from error
     if moved:
         tested, fitted = tested.with_own_base()
     given = {"position": uncertainty, "orientation": orientation_uncertainty}
@@ -114,6 +120,7 @@ def accept(
     # Points of one pose share what the robot is off by there, and stand for no others.
     commanded = len(visits_of(tested.distances(length, of_points=False), apart))
     judged: list[Judged] = []
+    counts: list[int] = []
     limits: dict[str, list[RmsLimits | None]] = {}
     for kind, limit in wanted.items():
         if limit is None:
@@ -135,6 +142,7 @@ def accept(
             if mean and own_limits
         ]
         count = min(commanded, len(of_poses))
+        counts.append(count)
         made = _judged(kind, over_all, of_poses, before[kind], judge, tested.failed, count)
         judged.append(made)
     poses = tuple(
@@ -145,9 +153,9 @@ def accept(
         )
         for index, rows in enumerate(visits)
     )
-    doubts: list[str] = []
+    doubts = [*rows_left_out(table), *rows_that_stand_still(table)]
     if failed := next((each for each in judged if each.verdict == "fail"), None):
-        doubts = why_it_failed(found, model, table, tested, failed, moved)
+        doubts = doubts or why_it_failed(found, model, table, tested, failed, moved)
     return Acceptance(
         name=model.name,
         judge=judge,
@@ -165,7 +173,7 @@ def accept(
         workspace=_box(model),
         about=dict(about or {}),
         digests=_digests([*paths, table.source]),
-        notes=(*table.notes, *_beyond(judge, judged, commanded)),
+        notes=(*table.notes, *_aside(judged, tested, model), *_beyond(judge, judged, min(counts))),
         doubts=tuple(doubts),
     )
 
@@ -333,3 +341,17 @@ def _beyond(judge: Judge, judged: Sequence[Judged], poses: int) -> list[str]:
     )
     needed = poses_for_share(_SHARE, 1 - RISK)
     return [words + (f"; for 95 % of them test {needed}." if poses < needed else ".")]
+
+
+def _aside(judged: Sequence[Judged], tested: Tested, model: Mechanism) -> list[str]:
+    """Where in the workspace a robot that passes was not tested."""
+    box, spans = _box(model), np.ptp(tested.coordinates, axis=0)
+    if not len(box) or any(each.verdict != "pass" for each in judged):
+        return []
+    told = [
+        f"{100 * share:.2g} % of {name}"
+        for name, share in zip(model.space.units, spans / np.ptp(box, axis=1), strict=False)
+        if share < _ASIDE
+    ]
+    words = "the poses span {} of the workspace: of the rest this says nothing"
+    return [words.format(" and ".join(told))] * bool(told)

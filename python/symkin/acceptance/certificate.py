@@ -125,7 +125,8 @@ class Acceptance(FolderResult):
     notes : tuple of str
         What else is to be known of the table, and of poses that were not tested.
     doubts : tuple of str
-        Of a failure: what speaks against the rows rather than against the robot.
+        What speaks against the rows: readings that are missing, columns that stand still, and of
+        a failure the mistake that explains it.
     """
 
     FILES: ClassVar[tuple[str, ...]] = ("acceptance.json", "certificate.html")

@@ -264,6 +264,55 @@ def test_a_failure_by_a_mistake_in_the_rows_says_which(robot, found, change, why
     assert why in " ".join(told.doubts)
 
 
+@pytest.mark.parametrize(
+    ("columns", "leg", "who"),
+    [([], 1, "the reading of leg 2"), ([1], None, "y"), ([0, 1], None, "what the device sees")],
+)
+def test_what_stands_still_while_the_robot_moves_is_named(robot, found, columns, leg, who):
+    rows = later(robot, made(robot))
+    poses, readings = rows.poses.copy(), rows.readings.copy()
+    poses[9:13, columns] = poses[9, columns]
+    if leg is not None:
+        readings[9:13, leg] = readings[9, leg]
+    told = symkin.accept(found, dataclasses.replace(rows, poses=poses, readings=readings), 5e-4)
+    assert told.verdict == "fail"
+    first, last = rows.row_numbers[[9, 12]]
+    assert told.doubts[0].startswith(f"{who} is the same in rows {first} to {last}")
+
+
+def test_a_robot_at_rest_does_not_stand_still_in_one_column(robot, poses):
+    table = measured(robot, np.repeat(poses[:10], 3, axis=0))  # three visits of each pose
+    assert accept(declared(robot), table, 1e-4).doubts == ()
+
+
+def test_rows_without_all_readings_are_a_doubt_of_a_robot_that_passes(robot, found):
+    rows = later(robot, made(robot))
+    readings = rows.readings.copy()
+    readings[:8, 1] = np.nan
+    told = symkin.accept(found, dataclasses.replace(rows, readings=readings), 5e-4)
+    assert told.verdict == "pass"
+    (doubt,) = told.doubts
+    assert doubt.startswith("8 of 20 rows (2, 3, 4, 5, 6 and 3 more) lack readings of leg 2")
+
+
+def test_positions_of_few_rows_are_no_test_of_as_many_poses_as_orientations(robot, poses):
+    table = measured(robot, poses)
+    seen = table.poses.copy()
+    seen[7:, 0] = np.nan
+    told = accept(declared(robot), dataclasses.replace(table, poses=seen), 1e-4)
+    assert told.verdict == "pass"
+    assert "is that of 7 poses" in told.notes[0]
+
+
+def test_a_robot_that_was_tested_in_a_corner_is_told_of_the_rest(robot, poses):
+    narrow = poses[:1] + 0.05 * (poses - poses[:1])
+    told = accept(declared(robot), measured(robot, narrow), 1e-4)
+    assert told.verdict == "pass"
+    assert "% of x and" in told.notes[0]
+    wide = symkin.sample_workspace(robot, 100, 5).poses
+    assert accept(declared(robot), measured(robot, wide), 1e-4).notes == ()
+
+
 @pytest.mark.parametrize("seed", [11, 12, 13])
 def test_a_failure_by_rows_of_another_robot_says_that_they_may_be(robot, found, seed):
     told = symkin.accept(found, later(robot, made(robot, seed)), 5e-4)
