@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from symkin.analysis.promises import variances_by_readings
-from symkin.analysis.reflectors import in_three, is_tracked, motions_of, turning
+from symkin.analysis.reflectors import in_three, motions_of, turning
+from symkin.analysis.seen import Seen
 from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError
 from symkin.model.framing import framed
@@ -35,7 +36,7 @@ class Tested:
     def __init__(self, model: Mechanism, table: Measurements, noise: NoiseSettings) -> None:
         space = model.space
         points = None
-        if is_tracked(table):
+        if Seen.of(table).tracked:
             table, points = _by_points(model, table)
         read = np.isfinite(table.readings).all(axis=1)
         place = np.isfinite(table.poses[:, : space.size]).all(axis=1) & space.moves

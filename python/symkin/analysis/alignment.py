@@ -20,7 +20,8 @@ from symkin.analysis.conventions import (
     spread_of,
     ways_of,
 )
-from symkin.analysis.reflectors import body_of, in_three, is_tracked, motions_of
+from symkin.analysis.reflectors import body_of, in_three, motions_of
+from symkin.analysis.seen import Seen
 from symkin.data.columns import (
     has_columns,
     own_pose_columns,
@@ -393,7 +394,7 @@ def poses_of_mechanism(
     """
     taken = read_measurements(source, mechanism, columns, ignore=ignore)
     measured, points = taken.poses, None
-    if is_tracked(taken) and not np.isfinite(measured).all(axis=1).any():
+    if Seen.of(taken).tracked and not np.isfinite(measured).all(axis=1).any():
         measured, points = _of_points(mechanism, taken)
     else:
         triples = _triples_of(mechanism, source, columns)

@@ -4,14 +4,12 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symkin.data.measurements import ALL_LEGS, Measurements
-from symkin.data.observables import OBSERVABLES
 from symkin.errors import NotIdentifiableError, SymkinError
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import Frames
@@ -54,19 +52,6 @@ class PrintedLength(Value):
         super().__post_init__()
 
 
-def is_probed(measurements: Measurements) -> bool:
-    """Whether heights are all that was measured of poses.
-
-    Of a platform that never turns, x and y may be there too: those of marks on a piece.
-    """
-    heights, poses = measurements.heights, measurements.poses
-    if heights is None or not np.isfinite(heights).any():
-        return False
-    own = poses[:, 2:] if measurements.pose_space == "translating" else poses
-    others = (own, measurements.reported, measurements.points)
-    return not any(each is not None and np.isfinite(each).any() for each in others)
-
-
 def refuse_commanded(mechanism: Mechanism, measurements: Measurements) -> None:
     """Refuse positions beside heights that were commanded, and so say nothing of the robot.
 
@@ -85,12 +70,6 @@ def refuse_commanded(mechanism: Mechanism, measurements: Measurements) -> None:
             f"{1e3 * np.nanmedian(away):.2g} mm: they were commanded, not measured; leave them "
             "out, or call the columns commanded_x_mm and commanded_y_mm"
         )
-
-
-def is_marked(measurements: Measurements) -> bool:
-    """Whether a probed robot that never turns has positions in the plane: marks on a piece."""
-    translating = measurements.pose_space == "translating"
-    return translating and is_probed(measurements) and bool(_marks(measurements).any())
 
 
 def _marks(measurements: Measurements) -> NDArray[np.bool_]:
@@ -114,53 +93,6 @@ def ruler(mechanism: Mechanism, measurements: Measurements) -> tuple[float, ...]
     c, s = np.cos(angle), np.sin(angle)
     x, y = read.mean(axis=0) - np.array([[c, -s], [s, c]]) @ taken.mean(axis=0)
     return float(x), float(y), 0.0, 0.0, 0.0, angle
-
-
-def with_probing_defaults(wanted: Mapping[str, Any], *, marked: bool = False) -> dict[str, Any]:
-    """What is unknown where a probe touched a bed and nothing was said of it.
-
-    The bed's plane; the tolerances are priors. Where positions in the plane were measured
-    (`marked`) the place of the ruler, too, which nobody knows who says what is free, and nothing of
-    frames. What was asked for, and what is returned, are arguments of `identify`.
-    """
-    chosen = dict(wanted)
-    if "frames" in chosen:
-        return chosen
-    said = "free" in chosen
-    placed = any(name.startswith("base.") for name in chosen.get("free") or ())
-    chosen["frames"] = ("base",) * (marked and not placed) + ("plane",) * (not said)
-    if "base" in chosen["frames"]:
-        chosen["fixed"] = (*chosen.get("fixed", ()), "base.z", "base.rx", "base.ry")
-    if said:
-        return chosen
-    if "gauge" not in chosen:
-        chosen.setdefault("prior", "tolerances")
-    return chosen
-
-
-def seen_between_rows(measurements: Measurements) -> set[str]:
-    """What was measured between rows, as `observe` calls it; nothing if poses were seen besides."""
-    seen = [
-        each
-        for name, each in OBSERVABLES.items()
-        if name != "readings"
-        and (values := getattr(measurements, name)) is not None
-        and np.isfinite(values).any()
-    ]
-    alone = all(each.between_rows for each in seen)
-    return {word for each in seen for word in each.words} if alone else set()
-
-
-def with_pairs_defaults(wanted: Mapping[str, Any]) -> dict[str, Any]:
-    """What is known where all that was measured is between rows, and nothing was said of it.
-
-    The tolerances are priors, since that shows no place of the robot. What was asked for, and what
-    is returned, are arguments of `identify`.
-    """
-    chosen = dict(wanted)
-    if "free" not in chosen and "gauge" not in chosen:
-        chosen.setdefault("prior", "tolerances")
-    return chosen
 
 
 def with_bed_radius(mechanism: Mechanism, touched: Array) -> Mechanism:

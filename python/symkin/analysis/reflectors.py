@@ -8,8 +8,8 @@ turns with the device's frame; `theory.md` has the equations.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Mapping
-from typing import Any, NamedTuple
+from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +27,6 @@ from symkin.model.poses import (
     nearest_rotation,
     poses_of,
 )
-from symkin.model.settings import Frames
 from symkin.values import Array
 
 _ROUNDS = 3
@@ -44,34 +43,6 @@ class PlacedPoints(NamedTuple):
     places: Array  # (n, 3): of the points, in the platform's frame, m
     # What is left of the distances between points seen and points of the robot's poses, m.
     rms: float
-
-
-def is_tracked(measurements: Measurements) -> bool:
-    """Whether points are all that was measured of positions."""
-    points, size = measurements.points, measurements.space.size
-    posed = (measurements.poses[:, :size], measurements.heights, measurements.distances)
-    return (
-        points is not None
-        and bool(np.isfinite(points).any())
-        and not any(each is not None and np.isfinite(each).any() for each in posed)
-    )
-
-
-def with_tracking_defaults(
-    wanted: Mapping[str, Any], mechanism: Mechanism, *, turned: bool
-) -> dict[str, Any]:
-    """What is unknown where points were measured and nothing was said of frames.
-
-    The device's frame, unless the mechanism says where that is; and, where orientations were
-    measured too (`turned`), that of what they are of. What was asked for, and what is returned, are
-    arguments of `identify`.
-    """
-    chosen, frames = dict(wanted), mechanism.frames or Frames()
-    placed = any(name.startswith("base") for name in chosen.get("free") or ())
-    if "frames" in chosen or frames.base or placed:
-        return chosen
-    chosen["frames"] = ("base", "target") if mechanism.space.turns and turned else ("base",)
-    return chosen
 
 
 def in_three(points: Array) -> Array:

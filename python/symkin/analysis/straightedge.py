@@ -7,17 +7,12 @@ edge it may be moved, which no offset shows, and turned about it, which small on
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 
-from symkin.analysis.unknown_target import with_held
 from symkin.data.measurements import Measurements
 from symkin.errors import NotIdentifiableError
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import (
-    PoseSpace,
     Transform,
     frame,
     rotations_from_vectors,
@@ -25,34 +20,6 @@ from symkin.model.poses import (
 )
 from symkin.model.settings import Frames
 from symkin.values import Array
-
-
-def is_along_edge(measurements: Measurements) -> bool:
-    """Whether offsets from a line are all that shows where the device's frame is."""
-    size, poses = measurements.space.size, measurements.poses
-    others = (
-        poses[:, :1],
-        poses[:, size:],
-        measurements.points,
-        measurements.distances,
-        measurements.attitudes,
-        measurements.turns,
-        measurements.offsets,
-    )
-    seen = size > 0 and bool(np.isfinite(poses[:, 1:size]).all(axis=1).any())
-    return seen and not any(each is not None and np.isfinite(each).any() for each in others)
-
-
-def with_edge_held(wanted: Mapping[str, Any], space: PoseSpace) -> dict[str, Any]:
-    """Arguments of `identify` with what offsets do not show of an unknown edge held.
-
-    Unless `free` names it.
-    """
-    if "base" not in (wanted.get("frames") or ()):
-        return dict(wanted)
-    held = ["x", "rx"] if space.in_space else ["x"]
-    blocks = ["base", *["session*"] * ("frames" in (wanted.get("sessions") or ()))]
-    return with_held(wanted, [f"{block}.{each}" for block in blocks for each in held])
 
 
 def edge_of(mechanism: Mechanism, measurements: Measurements) -> Transform:

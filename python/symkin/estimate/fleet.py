@@ -16,7 +16,7 @@ import numpy as np
 
 from symkin import present
 from symkin.data.measurements import Measurements
-from symkin.errors import MeasurementError, SymkinError, did_you_mean, one_of, shown
+from symkin.errors import MeasurementError, SymkinError, did_you_mean, shown
 from symkin.estimate.covariates import steps_of
 from symkin.estimate.evidence.findings import Doubt, Note
 from symkin.estimate.evidence.watching import is_watched, unwatched_search
@@ -31,6 +31,7 @@ from symkin.estimate.fleet_parts import (
 )
 from symkin.estimate.fleet_sources import RowsApartError, robots_given, robots_of_table
 from symkin.estimate.fleet_together import FoundTogether, surroundings_of
+from symkin.estimate.identification import together
 from symkin.estimate.options import EstimateOptions
 from symkin.estimate.unknowns import Priors, noise_of_file, with_file_settings
 from symkin.estimate.workshop import MadeWithin, tolerances_of
@@ -437,14 +438,12 @@ def identify_robots(
     reason = mechanism.not_leg_by_leg or curved
     if further:
         reason = f"{' and '.join(further)} {'was' if len(further) == 1 else 'were'} given"
-    if reason and estimator not in (None, "joint"):
-        one_of("estimator", estimator, Estimator)
-        raise SymkinError(
-            f'the estimator "{estimator}" looks at each leg by itself, from full poses; expected '
-            f'"joint" here, since {reason}'
-        )
-    how = "joint" if reason else estimator or "implicit"
-    options = EstimateOptions(how, poses, loss, loss_scale, noise, max_iterations, **asked)
+    how: dict[str, Any] = {"poses": poses, "loss": loss, "loss_scale": loss_scale, "noise": noise}
+    how |= {"max_iterations": max_iterations, **asked}
+    if reason:
+        options = together(estimator, reason, how)
+    else:
+        options = EstimateOptions(estimator or "implicit", **how)
     identified = partial(
         Fleet.of,
         mechanism,

@@ -8,21 +8,11 @@ import os
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal, cast
 
-import numpy as np
 from typing_extensions import TypeVar
 
-from symkin.analysis.probing import (
-    is_marked,
-    is_probed,
-    refuse_commanded,
-    seen_between_rows,
-    with_pairs_defaults,
-    with_probing_defaults,
-)
+from symkin.analysis.probing import refuse_commanded
 from symkin.analysis.promises import CONFIDENCE
-from symkin.analysis.reflectors import is_tracked, with_tracking_defaults
-from symkin.analysis.straightedge import is_along_edge, with_edge_held
-from symkin.analysis.unknown_target import TargetSeen, with_target_held
+from symkin.analysis.seen import Seen, with_defaults
 from symkin.data.measurements import Measurements
 from symkin.data.reading import MeasuredSessions, as_measurements
 from symkin.errors import SymkinError
@@ -251,12 +241,13 @@ def _asked(
     reason = _needs_joint(mechanism, measurements, wanted, noise)
     if not reason:
         return EstimateOptions(estimator or "implicit", **how), True
-    return _together(estimator, reason, {**how, **wanted}), False
+    return together(estimator, reason, {**how, **wanted}), False
 
 
-def _together(
+def together(
     estimator: Estimator | None, reason: str, options: Mapping[str, Any]
 ) -> EstimateOptions:
+    """Options for all legs together, which is needed for a reason that an estimator may be told."""
     if estimator not in (None, "joint"):
         raise SymkinError(
             f'the estimator "{estimator}" looks at each leg by itself, from full poses in the '
@@ -281,19 +272,10 @@ def _wanted(
 ) -> dict[str, Any]:
     """What was asked for, by the arguments, the file, or what was measured."""
     wanted = with_file_settings(given, mechanism.identification)
-    if is_tracked(measurements):
-        turned = bool(np.isfinite(measurements.poses).any())
-        wanted = with_tracking_defaults(wanted, mechanism, turned=turned)
-    elif seen_between_rows(measurements):
-        wanted = with_pairs_defaults(wanted)
-    elif is_along_edge(measurements):
-        wanted = with_edge_held(wanted, mechanism.space)
-    elif is_probed(measurements):
-        marked = is_marked(measurements)
-        if marked:
-            refuse_commanded(mechanism, measurements)
-        wanted = with_probing_defaults(wanted, marked=marked)
-    return with_target_held(wanted, mechanism.space, TargetSeen.of(measurements))
+    seen = Seen.of(measurements)
+    if seen.marked:
+        refuse_commanded(mechanism, measurements)
+    return with_defaults(wanted, mechanism, seen)
 
 
 def _needs_joint(
@@ -359,7 +341,7 @@ def cross_validate(
     wanted = _wanted(mechanism, measurements, {**dict.fromkeys(names), **given})
     reason = _needs_joint(mechanism, measurements, wanted, options.get("noise"))
     if reason:
-        how = _together(estimator, reason, {**options, **wanted})
+        how = together(estimator, reason, {**options, **wanted})
     else:
         how = EstimateOptions(estimator or "implicit", **options)
     asked = mechanism, measurements, folds, seed, how

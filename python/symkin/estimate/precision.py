@@ -12,17 +12,15 @@ import numpy as np
 from symkin import _core
 from symkin.analysis.observability import name_combination
 from symkin.analysis.observed import Observable, Observed
-from symkin.analysis.probing import CALIPER, is_probed, seen_between_rows
+from symkin.analysis.probing import CALIPER
 from symkin.analysis.promises import anywhere, promised
-from symkin.analysis.reflectors import is_tracked
-from symkin.analysis.unknown_target import TargetSeen
+from symkin.analysis.seen import Seen
 from symkin.analysis.workspace import sample_workspace
-from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError
 from symkin.estimate.assumed import with_assumed
 from symkin.estimate.blunders import without_blunders
 from symkin.estimate.found import Found
-from symkin.estimate.problem import KINDS, OBSERVED, Problem
+from symkin.estimate.problem import KINDS, Problem
 from symkin.estimate.survey import HeldByPriors, Survey, form_of
 from symkin.estimate.whitened import information_of, typical_sizes, whitened_rows
 from symkin.model.mechanism import Mechanism
@@ -256,22 +254,18 @@ def survey_of(found: Found, robot: Mechanism, observed: Observable = "pose") -> 
     layout = layout.without(held) if held else layout
     if found.fitted_prior is not None:
         layout = found.fitted_prior.on(layout)
-    seen = Observed((observed,))
-    if observed == "pose" and is_tracked(found.measurements):
+    seen, taken = Observed((observed,)), Seen.of(found.measurements)
+    if observed != "pose":
+        pass
+    elif taken.tracked:
         seen = Observed(("points",), points=robot.frames.points if robot.frames else ())
-    elif observed == "pose" and seen_between_rows(found.measurements) == {"separation"}:
+    elif taken.between_rows and taken.further == {"separations"}:
         seen = Observed(("separation",))
-    elif observed == "pose" and not _is_seen(found.measurements):
+    elif taken.nothing:
         seen = Observed(("readings",))
-    elif observed == "pose" and TargetSeen.of(found.measurements) == (True, False):
+    elif taken.placed and not taken.turned:
         seen = Observed(("position",))
     return Survey(seen, layout.names, layout.prior, robot, layout, found.options)
-
-
-def _is_seen(taken: Measurements) -> bool:
-    """Whether anything was observed besides readings."""
-    beside = [getattr(taken, name) for name in OBSERVED if name != "readings"]
-    return any(each is not None and bool(np.isfinite(each).any()) for each in beside)
 
 
 def directions_of(found: Found, tolerances: Array) -> tuple[Direction, ...]:
@@ -487,7 +481,7 @@ def heights_of(found: Found) -> Heights | None:
         heights is None
         or not found.converged
         or nominal.pose_space != "translating"
-        or not is_probed(measurements)
+        or not Seen.of(measurements).probed
         or not np.isfinite(measurements.readings).all()
     ):
         return None

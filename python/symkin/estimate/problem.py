@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.analysis.observability import with_combinations
-from symkin.analysis.probing import is_marked, ruler, with_bed_radius
-from symkin.analysis.straightedge import edge_of, is_along_edge
+from symkin.analysis.probing import ruler, with_bed_radius
+from symkin.analysis.seen import Seen
+from symkin.analysis.straightedge import edge_of
 from symkin.data.measurements import ALL_LEGS, Measurements
 from symkin.data.observables import ATTITUDE, OBSERVABLES
 from symkin.errors import NotIdentifiableError, SymkinError
@@ -153,7 +154,7 @@ class Problem:
             mechanism = with_bed_radius(mechanism, _touched(mechanism, measurements))
         curved = mechanism.curvature is not None
         straight = mechanism.replace(curvature=None) if curved else mechanism
-        marked = "base" in options.frames and is_marked(measurements)
+        marked = "base" in options.frames and Seen.of(measurements).marked
         placed = _with_ruler(straight, measurements) if marked else straight
         covariates = options.covariates(straight, measurements)
         slopes = slopes_of(covariates, len(mechanism.legs))
@@ -253,7 +254,7 @@ class Problem:
 
     def _with_posed_frames(self, base: bool, target: bool) -> Problem:
         given = self.mechanism.frames
-        if base and is_along_edge(self.measurements):
+        if base and Seen.of(self.measurements).along_edge:
             return self._with_edge()
         try:
             setup = _core.with_starting_frames(

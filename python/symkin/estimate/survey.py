@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from symkin import _core
 from symkin.analysis.observability import name_combination
 from symkin.analysis.observed import Observed, Observing
-from symkin.analysis.probing import with_bed_radius, with_pairs_defaults, with_probing_defaults
+from symkin.analysis.probing import with_bed_radius
 from symkin.analysis.promises import (
     CONFIDENCE,
     ExpectedAccuracy,
@@ -23,11 +23,8 @@ from symkin.analysis.promises import (
     promised,
 )
 from symkin.analysis.promises import anywhere as largest_anywhere
-from symkin.analysis.reflectors import with_tracking_defaults
-from symkin.analysis.straightedge import with_edge_held
-from symkin.analysis.unknown_target import TargetSeen, with_target_held
+from symkin.analysis.seen import Seen, with_defaults
 from symkin.data.measurements import Measurements
-from symkin.data.observables import words_between_rows
 from symkin.errors import NotIdentifiableError, SymkinError
 from symkin.estimate.assumed import Assumed, moved_by, widened
 from symkin.estimate.covariates import Covariate, observations_of, slopes_of
@@ -50,9 +47,6 @@ _BLOCK = 4096  # poses whose effects are held together
 _IN_CACHE = 500  # and made together
 _OF_FRAMES = 12  # scalars of the base frame and the target
 SILENT = 0.9  # of a prior's deviation: the data will say next to nothing
-# Positions beside points.
-_POSED = frozenset({"pose", "position", "straightness", "orientation", "reported", "points"})
-_TRACKED = frozenset({"pose", "position", "straightness", "distance", "height"})
 _PLANAR = ("x", "y")  # both together are all
 _BESIDE = (SCALE, BED, SAG, "target", "plane")  # are no part of the robot
 PRIORS_HOLD = 'prior "tolerances" holds parameters; a prior of its own, or fixed, anything'
@@ -182,25 +176,14 @@ class Survey(Value):
         readings = mechanism.inverse_kinematics(poses)
         drawn = mechanism.frames or Frames()
         observed, mechanism = placed(mechanism, "pose" if observe is None else observe)
-        of_each = {*observed.kinds} - words_between_rows()
-        if not of_each:
-            wanted = with_pairs_defaults(wanted)
-        if "height" in of_each and _POSED.isdisjoint(of_each):  # as `is_probed` of measurements
-            wanted = with_probing_defaults(wanted)
-        if observed.kinds == ("straightness",):
-            wanted = with_edge_held(wanted, mechanism.space)
+        seen = Seen.by(observed.kinds, mechanism.space)
+        wanted = with_defaults(wanted, mechanism.replace(frames=drawn), seen)
         if wanted.get("bow") is not None:
-            probed = not {"height", "rise"}.isdisjoint(observed.kinds)
+            probed = not seen.further.isdisjoint({"heights", "rises"})
             mechanism = with_bed_radius(mechanism, poses if probed else poses[:0])
-        floats = mechanism.device is not None and bool(
-            wanted.get("frames") or observed.kinds == ("readings",)
-        )
-        if _TRACKED.isdisjoint(observed.kinds) and "points" in observed.kinds:
-            turned = "orientation" in observed.kinds
-            unplaced = mechanism.replace(frames=drawn)
-            wanted = with_tracking_defaults(wanted, unplaced, turned=turned)
-            floats = floats or ("base" in wanted.get("frames", ()) and not drawn.base)
-        wanted = with_target_held(wanted, mechanism.space, TargetSeen.by(observed.kinds))
+        frames = wanted.get("frames") or ()
+        floats = mechanism.device is not None and bool(frames or seen.nothing)
+        floats = floats or (seen.tracked and "base" in frames and not drawn.base)
         if floats and "gauge" not in wanted:
             wanted.setdefault("prior", "tolerances")
         # Places that a plan is made for alone are no knowledge of the drawing's.
@@ -258,11 +241,10 @@ class Survey(Value):
         Where the platform's frame is among them no observation shows, so that errors are those
         that no other base and platform frame would take away.
         """
-        kinds = self.observed.kinds
-        if kinds in (("readings",), ("separation",)):
+        seen = self._seen
+        if seen.nothing or (seen.between_rows and seen.further == {"separations"}):
             return True
-        placeless = any(name.startswith("point") for name in self.unknowns)
-        return placeless and "points" in kinds and _TRACKED.isdisjoint(kinds)
+        return seen.tracked and any(name.startswith("point") for name in self.unknowns)
 
     @property
     def turned_anyhow(self) -> bool:
@@ -271,8 +253,12 @@ class Survey(Value):
         How the platform's frame is turned no observation shows then; errors of its orientation are
         those that no other turn would take away.
         """
-        seen = TargetSeen.by(self.observed.kinds)
+        seen = self._seen
         return "target" in self.options.frames and seen.placed and not seen.turned
+
+    @property
+    def _seen(self) -> Seen:
+        return Seen.by(self.observed.kinds, self.mechanism.space)
 
     @property
     def asked(self) -> dict[str, Any]:

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from symkin.analysis.observed import Observable, Observed
-from symkin.analysis.probing import with_probing_defaults
 from symkin.analysis.promises import CONFIDENCE, thinned
 from symkin.analysis.workspace import WorkspaceSample, sample_workspace
 from symkin.errors import SymkinError
@@ -123,8 +122,6 @@ def measure(
     poses = where_observed(mechanism, observed, pose_rows(candidates))
     given = {name: unknowns.get(name) for name in Unknowns.__annotations__}
     wanted = with_file_settings(given, mechanism.identification)
-    if observed is not None and observed.kinds == ("height",):
-        wanted = with_probing_defaults(wanted)
     wanted["prior"] = wanted.get("prior") or "tolerances"
     settings = dict(vars(mechanism.identification or IdentificationSettings())) | wanted
     robot = mechanism.replace(identification=IdentificationSettings(**settings))

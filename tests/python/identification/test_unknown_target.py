@@ -6,7 +6,7 @@ import pytest
 
 import symkin
 from symkin.analysis.observed import Observed
-from symkin.analysis.unknown_target import TargetSeen
+from symkin.analysis.seen import Seen
 from symkin.present import page_of, page_text
 
 ASKED = {"frames": ["base", "target"], "prior": "tolerances"}
@@ -77,8 +77,9 @@ def test_what_kinds_show_of_a_target_is_what_their_measurements_show():
     shown = {}
     for kind in ("pose", "position", "orientation", "attitude", "tilt", "height", "readings"):
         taken = robot.simulate(plan, 1, observe=kind).measurements
-        shown[kind] = TargetSeen.by([kind])
-        assert TargetSeen.of(taken) == shown[kind], kind
+        seen = Seen.by([kind], robot.space)
+        assert Seen.of(taken) == seen, kind
+        shown[kind] = seen.placed, seen.turned
     assert shown["attitude"] == shown["orientation"] == (False, True)
     assert shown["height"] == shown["position"] == (True, False)
 

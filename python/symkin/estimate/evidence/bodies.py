@@ -10,7 +10,8 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from symkin.analysis.reflectors import body_of, in_three, is_tracked, motions_of, whole
+from symkin.analysis.reflectors import body_of, in_three, motions_of, whole
+from symkin.analysis.seen import Seen
 from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError
 from symkin.estimate.evidence.findings import Doubt
@@ -52,7 +53,8 @@ class AsPoses(NamedTuple):
     ) -> Self | None:
         """None where points are not all that was measured, or do not make a body."""
         space = mechanism.space
-        if not is_tracked(measured) or np.isfinite(measured.poses).any():
+        shown = Seen.of(measured)
+        if not shown.tracked or shown.turn:
             return None
         assert measured.points is not None
         points = in_three(measured.points)

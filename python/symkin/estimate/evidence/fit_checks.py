@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from symkin import _core
-from symkin.analysis.probing import is_probed
+from symkin.analysis.seen import Seen
 from symkin.errors import named_legs
 from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.fit import FALSE_ALARMS
@@ -36,7 +36,7 @@ def doubts_of_size(found: Found) -> Iterator[Doubt]:
                 yield Doubt("leg-not-read", (leg,))
         if found.degrees_of_freedom <= 0:
             yield Doubt("nothing-to-spare", figures={"who": ""})
-        elif is_probed(found.measurements):
+        elif Seen.of(found.measurements).probed:
             yield from _of_heights(found)
 
 

@@ -8,7 +8,7 @@ import dataclasses
 import numpy as np
 
 from symkin import _core
-from symkin.analysis.reflectors import is_tracked
+from symkin.analysis.seen import Seen
 from symkin.data.measurements import Measurements
 from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.options import EstimateOptions
@@ -24,7 +24,8 @@ def with_frames(
     if options.frames:
         return None
     if not np.isfinite(measurements.poses[:, : space.size or None]).any():
-        return dataclasses.replace(options, frames=("base",)) if is_tracked(measurements) else None
+        tracked = Seen.of(measurements).tracked
+        return dataclasses.replace(options, frames=("base",)) if tracked else None
     # A target on a platform that never turns does what the base's frame does.
     if not space.turns:
         return dataclasses.replace(options, frames=("base",))

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from symkin import _core
-from symkin.analysis.probing import is_probed
+from symkin.analysis.seen import Seen
 from symkin.errors import SymkinError
 from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.evidence.frames import frame_doubt, with_frames
@@ -81,7 +81,7 @@ def alternatives_of(found: Found) -> list[Alternative]:
         wider.append(("quadratic", options, dataclasses.replace(options, sensor="quadratic")))
         if found.nominal.reading_unit == "rad":
             wider.append(("eccentric", options, dataclasses.replace(options, sensor="eccentric")))
-    if is_probed(found.measurements) and options.bow is None:
+    if Seen.of(found.measurements).probed and options.bow is None:
         assumed = {key: size for key, size in (options.assume or {}).items() if key != BED}
         free = dataclasses.replace(options, bow=_BOW, assume=assumed)
         wider.append(("bow", options, free))
