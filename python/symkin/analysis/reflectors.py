@@ -34,6 +34,9 @@ _ALTERNATIONS = 60
 _SETTLED = 1e-7  # of the cost, below which an alternation saves nothing
 _HARDLY_TILTED = 0.02  # rad: smaller tilts do not show where a point is on the platform
 _IN_LINE = 1e-3  # of a body's size: its points are in a line
+_MOST_POINTS = 5  # whose orders are all tried
+_MOST_ROWS = 200  # of which the one is looked for that is most like all others
+_FAR, _NEAR = 10.0, 5.0  # times as far off as most rows are in their best order
 
 
 class PlacedPoints(NamedTuple):
@@ -111,6 +114,39 @@ def body_of(seen: Array, space: PoseSpace) -> Array | None:
     mirror = np.diag([1.0, -1.0, 1.0] if size == 2 else [1.0, 1.0, -1.0])
     bodies = (_refined(seen, found, space), _refined(seen, found @ mirror, space))
     return min(bodies, key=lambda each: _left(seen, motions_of(seen, each, space), each)[1])
+
+
+def orders_of_points(seen: Array, body: Array | None = None) -> NDArray[np.intp]:
+    """Which of its points each one is in each row, (N, n), by the distances among them.
+
+    Points as seen have shape (N, n, 3), the body (n, 3); without one the points are named as in the
+    row that is most like the others. As they stand where only their distances in another order are
+    none of the body, or those in several are.
+    """
+    count = seen.shape[1]
+    found = np.tile(np.arange(count), (len(seen), 1))
+    rows = np.flatnonzero(whole(seen).all(axis=1))
+    if not 2 < count <= _MOST_POINTS or not len(rows):
+        return found
+    apart = np.linalg.norm(seen[rows, :, None] - seen[rows, None], axis=-1)
+    usual = _most_like_all(apart) if body is None else np.linalg.norm(body[:, None] - body, axis=-1)
+    orders = np.array(list(itertools.permutations(range(count))))  # as they stand is the first
+    off = np.stack([_off(apart, usual[order][:, order]) for order in orders], axis=1)
+    best, second = np.sort(off, axis=1)[:, :2].T
+    near = _NEAR * float(np.median(best))
+    other = (off[:, 0] > _FAR / _NEAR * near) & (best <= near) & (second > near)
+    found[rows[other]] = orders[off[other].argmin(axis=1)]
+    return found
+
+
+def _most_like_all(apart: Array) -> Array:
+    some = apart[:: -(-len(apart) // _MOST_ROWS)]
+    return np.asarray(some[np.argmin([np.sqrt(_off(some, each)).sum() for each in some])])
+
+
+def _off(apart: Array, usual: Array) -> Array:
+    """Root mean square, of each row, of distances less others."""
+    return np.asarray(np.sqrt(np.square(apart - usual).mean(axis=(1, 2))))
 
 
 def _refined(seen: Array, body: Array, space: PoseSpace) -> Array:

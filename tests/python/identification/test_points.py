@@ -10,10 +10,10 @@ import pytest
 
 import symkin
 from symkin.analysis.observed import Observed
-from symkin.analysis.reflectors import body_of, motions_of
+from symkin.analysis.reflectors import body_of, motions_of, orders_of_points
 from symkin.cli import main
 from symkin.data.reading import write_measurements
-from symkin.errors import MeasurementError, NotIdentifiableError, SymkinError
+from symkin.errors import FailedFitError, MeasurementError, NotIdentifiableError, SymkinError
 from symkin.model.poses import POSE_SPACES
 from symkin.model.settings import Frames, NoiseSettings
 from symkin.planning.simulation import disturb
@@ -263,6 +263,41 @@ def test_a_reflector_that_moved_on_the_platform_is_named_with_the_corrected_tabl
     np.testing.assert_allclose(
         np.subtract(again.frames.points[3], again.frames.points[1]), (3e-4, -1e-4, 2e-4), atol=3e-5
     )
+
+
+@pytest.mark.parametrize("order", [(1, 0, 2), (2, 0, 1)])
+@pytest.mark.parametrize("rows", [[17], range(0, 60, 3), range(31, 60)])
+def test_reflectors_in_each_others_columns_are_named_with_the_corrected_table(
+    hexapod, tracked, order, rows
+):
+    taken, rows = tracked[1], list(rows)
+    points = taken.points.copy()
+    points[rows] = points[rows][:, order]
+    wrong = dataclasses.replace(taken, points=points)
+    try:
+        found = symkin.identify(hexapod, wrong)
+        (doubt,), corrected = found.doubts, found.corrected
+    except FailedFitError as error:
+        doubt, corrected = error.likely_cause, error.corrected
+    assert (doubt.code, doubt.rows) == ("points-exchanged", tuple(r + 1 for r in rows))
+    np.testing.assert_array_equal(corrected.points, taken.points)
+
+
+def test_reflectors_that_are_named_otherwise_than_where_they_are_said_to_sit_are_told(
+    hexapod, tracked
+):
+    placed = hexapod.replace(frames=Frames(points=PLACES["spatial"][:3]))
+    wrong = dataclasses.replace(tracked[1], points=tracked[1].points[:, [0, 2, 1]])
+    (doubt,) = symkin.identify(placed, wrong).doubts
+    assert (doubt.code, doubt.figures["which"], len(doubt.rows)) == ("points-exchanged", "2, 3", 60)
+
+
+def test_reflectors_all_as_far_from_each_other_are_in_order():
+    random = np.random.default_rng(1)
+    body = 0.1 * np.array([[1.0, 0, 0], [-0.5, 0.75**0.5, 0], [-0.5, -(0.75**0.5), 0]])
+    seen = body + random.normal(0, 2e-5, (4000, 3, 3))
+    assert (orders_of_points(seen) == [0, 1, 2]).all()
+    assert (orders_of_points(seen, body) == [0, 1, 2]).all()
 
 
 def test_a_tracker_that_moved_is_named_before_a_leg_that_explains_less(hexapod, tracked):

@@ -5,12 +5,19 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
+from collections.abc import Iterator
 from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from symkin.analysis.reflectors import body_of, in_three, motions_of, whole
+from symkin.analysis.reflectors import (
+    body_of,
+    in_three,
+    motions_of,
+    orders_of_points,
+    whole,
+)
 from symkin.analysis.seen import Seen
 from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError
@@ -116,6 +123,40 @@ class AsPoses(NamedTuple):
             readings=corrected.readings,
             reading_deviations=corrected.reading_deviations,
         )
+
+
+def exchanged_points(mechanism: Mechanism, measured: Measurements) -> Iterator[Doubt]:
+    """Points that stand in each other's columns, by the distances among them."""
+    if measured.points is None:
+        return
+    order = _order_of_points(mechanism, measured)
+    moved = order != np.arange(order.shape[1])
+    if (rows := moved.any(axis=1)).any():
+        which = np.flatnonzero(moved.any(axis=0)) + 1
+        numbers = tuple(measured.row_numbers[rows].tolist())
+        figures = {"which": ", ".join(map(str, which.tolist())), "n": "s" * (len(numbers) > 1)}
+        yield Doubt("points-exchanged", (), numbers, figures=figures)
+
+
+def with_points_in_order(mechanism: Mechanism, measured: Measurements) -> Measurements:
+    """The measurements with the points as `exchanged_points` says that they are."""
+    order, changes = _order_of_points(mechanism, measured), {}
+    for name in ("points", "point_deviations", "point_correlations"):
+        given = getattr(measured, name)
+        if given is not None:
+            changes[name] = np.array(given)
+            rows = np.arange(len(given))[:, None]
+            changes[name][rows, order] = given
+    return dataclasses.replace(measured, **changes)  # type: ignore[arg-type]
+
+
+def _order_of_points(mechanism: Mechanism, measured: Measurements) -> NDArray[np.intp]:
+    """Which point each column has, by row; by the places on the platform where they are given."""
+    assert measured.points is not None
+    places = (mechanism.frames or Frames()).points
+    known = len(places) == measured.points.shape[1] and all(places)
+    body = in_three(np.array(places)) if known else None
+    return orders_of_points(in_three(measured.points), body)
 
 
 def with_another_point(measured: Measurements, point: int, rows: NDArray[np.bool_]) -> Measurements:

@@ -239,6 +239,11 @@ DOUBTS: Mapping[str, Code] = {
         "homed again{evidence}",
         "identify with {options}, or leave out the rows before or after",
     ),
+    "points-exchanged": Code(
+        "points {which} stand in each other's columns in row{n} {rows}, by the distances among "
+        "them",
+        "put each in the columns that are its own",
+    ),
     "point-moved": Code(
         "point {which} is elsewhere on the platform from row {rows} on: it was knocked, or put "
         "back otherwise",

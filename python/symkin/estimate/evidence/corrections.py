@@ -11,6 +11,7 @@ from __future__ import annotations
 import dataclasses
 import functools
 import heapq
+import itertools
 import math
 import operator
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -22,7 +23,7 @@ import numpy as np
 from symkin import _core
 from symkin.data.measurements import Measurements
 from symkin.errors import FailedFitError, NotIdentifiableError, SymkinError
-from symkin.estimate.evidence.bodies import AsPoses
+from symkin.estimate.evidence.bodies import AsPoses, exchanged_points, with_points_in_order
 from symkin.estimate.evidence.edits import corrections_of, pairs_of
 from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.evidence.look_alikes import look_alikes
@@ -165,7 +166,9 @@ def explained(
             raise
         tried: tuple[Hypothesis, ...] = ()
         try:
-            cause = next(copied_columns(taken_as_drawn(mechanism, measurements)), None)
+            copied = copied_columns(taken_as_drawn(mechanism, measurements))
+            plain = itertools.chain(copied, exchanged_points(mechanism, measurements))
+            cause = next(plain, None)
             if cause is None:
                 tried = hypotheses_of(mechanism, measurements, options, by_leg=by_leg)
                 cause = likely_cause(tried)
@@ -178,6 +181,8 @@ def explained(
             raise
         error.likely_cause, words = cause, str(cause)
         error.corrected, error.redrawn = corrected_table(tried), corrected_drawing(tried)
+        if cause.code == "points-exchanged":
+            error.corrected = with_points_in_order(mechanism, measurements)
         if error.redrawn is not None:
             error.redrawn = error.redrawn.replace(frames=mechanism.frames)
         said = str(error).removesuffix(f". {LOOK_FOR.capitalize()}").removesuffix(f"; {LOOK_FOR}")

@@ -19,7 +19,11 @@ import numpy as np
 from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError
 from symkin.estimate.covariates import clock
-from symkin.estimate.evidence.bodies import with_another_point
+from symkin.estimate.evidence.bodies import (
+    exchanged_points,
+    with_another_point,
+    with_points_in_order,
+)
 from symkin.estimate.evidence.changes import CHANGES, change_tests, doubts_of_changes, whole_change
 from symkin.estimate.evidence.corrections import (
     Budget,
@@ -109,6 +113,12 @@ _OF_RESIDUALS = (_SHAPES - CHANGES - SESSIONS - {_DISTORTED}) | {
 _OF_SCATTER = {"residuals-large", "few-far-off", "legs-together", "rows-unlike"}
 # How far parameters are from the drawing, which any of these makes of a sound robot's.
 _OF_PARAMETERS = {"moved-together", "parameters-far", "far-from-drawing", "parameters-unknown"}
+# What a table says itself, without a robot.
+_PLAIN = {"columns-copied", "points-exchanged"}
+_MENDED: dict[str, Callable[[Found], Measurements]] = {
+    "turns-lost": lambda found: with_lost_turns(taken_from(found), found.measurements),
+    "points-exchanged": lambda found: with_points_in_order(found.nominal, found.measurements),
+}
 
 
 class Noticed(NamedTuple):
@@ -196,8 +206,9 @@ def _noticed(
     model: Fitting,
 ) -> Noticed:
     taken = taken_from(found)
-    if copied := tuple(copied_columns(taken)):  # and then all else says nothing
-        return Noticed(tuple(size), copied, (), ())
+    plain = (*copied_columns(taken), *exchanged_points(found.nominal, found.measurements))
+    if plain:  # and then all else says nothing
+        return Noticed(tuple(size), plain, (), ())
     result = diagnosed(found)
     tests, outliers = tests_of(found, result), outliers_of(found, result)
     lost = list(doubts_of_lost_rows(found))
@@ -369,14 +380,14 @@ def _shaped(
     return other is None or _has_shape(_tested(other, ()))
 
 
-def _with_lost_turns(found: Found, what: Noticed) -> Evidence | None:
-    """What there is to tell once the turns that readings lost are added, if that is sound."""
-    lost = [each for each in what.symptoms if each.code == "turns-lost"]
-    if not lost:
-        return None
-    table = with_lost_turns(taken_from(found), found.measurements)
-    other = _another(found, found.nominal, table, found.options)
-    return None if other is None else _mended(what, lost, table, other)
+def _with_mended_table(found: Found, what: Noticed) -> Evidence | None:
+    """What there is to tell once the table is mended of what it says itself, if that is sound."""
+    for code, mended in _MENDED.items():
+        if causes := [each for each in what.symptoms if each.code == code]:
+            table = mended(found)
+            other = _another(found, found.nominal, table, found.options)
+            return None if other is None else _mended(what, causes, table, other)
+    return None
 
 
 def _with_moved_point(found: Found, what: Noticed) -> Evidence | None:
@@ -424,7 +435,7 @@ def _mended(
 
 def _judged(estimate: Found, what: Noticed) -> Evidence:
     found, doubts = what.rest or estimate, (*what.lasting, *what.symptoms)
-    if what.rest is None and (mended := _with_lost_turns(found, what)) is not None:
+    if what.rest is None and (mended := _with_mended_table(found, what)) is not None:
         return mended
     changed = whole_change(what.symptoms)
     if what.rest is None and changed is None and (mended := _with_moved_point(found, what)):
@@ -437,7 +448,7 @@ def _judged(estimate: Found, what: Noticed) -> Evidence:
     hidden = any(each.code == "noise-hides-robot" for each in what.symptoms)
     if changed is not None and not hidden:  # of so large a noise anything explains the rest
         return Evidence((*_beside(changed, what.symptoms), *what.lasting), tried, complete=True)
-    if any(each.code == "columns-copied" for each in what.symptoms):
+    if any(each.code in _PLAIN for each in what.symptoms):
         return Evidence(doubts, tried, complete=True)
     if what.symptoms or not found.converged:
         gross, rest = gross_errors(found) if found.legs else (None, found.measurements)
