@@ -44,6 +44,7 @@ _LOOKED_AT = 6  # rows, from the last, of which one may keep all others from bei
 _TRIED = 3  # edits, the most likely ones, that are fitted
 _SAME_SLIP = 2  # rows that two slips are apart, at most, to be one
 _KEPT = 2  # rows, the last that nobody doubts any more, at which something may have slipped
+_REMEMBERED = 50  # fits of some of the rows, which are asked for more than once
 _FITS = 0.01  # probability of a repeat that the other rows explain
 
 
@@ -96,11 +97,13 @@ class Knowledge:
         self._how: dict[str, Any] = {"confidence": confidence, "noise": noise}
         self._known: dict[int, Known] = {}
         self._verdicts: dict[int, Verdict] = {}
+        self._fitted: dict[tuple[tuple[int, ...], tuple[str, ...], float | None], Known] = {}
 
     def forget(self, upto: int) -> None:
         """Lines behind so many are others than they were."""
         self._known = {count: known for count, known in self._known.items() if count <= upto}
         self._verdicts.clear()
+        self._fitted.clear()
 
     def of(self, count: int) -> Known:
         """By the first lines."""
@@ -177,16 +180,45 @@ class Knowledge:
         As if a line had said that something has `slipped` at the row of that number.
         """
         lines = tuple(str(place + 2) for place in self._slips(count, slipped))
+        return self._fit(count, without, lines, factor)
+
+    def _fit(
+        self, count: int, without: tuple[int, ...], lines: tuple[str, ...], factor: float | None
+    ) -> Known:
+        """The same with steps from these lines on; what was asked for lately is remembered."""
+        rows = tuple(
+            place for place in self._table.counting if place < count and place not in without
+        )
+        key = (rows, lines, factor)  # what is said of rows besides does not change what they say
+        if key not in self._fitted:
+            for old in [*self._fitted][: len(self._fitted) - _REMEMBERED]:
+                del self._fitted[old]
+            made = self._widened if factor is None else self._fit_anew
+            self._fitted[key] = made(count, without, lines, factor or 1.0)
+        return self._fitted[key]
+
+    def _widened(
+        self, count: int, without: tuple[int, ...], lines: tuple[str, ...], least: float
+    ) -> Known:
+        """With the tolerances times what they need, at least so many times."""
+        known = self._fit(count, without, lines, least)
+        found = known.estimate
+        if found is None:
+            return known
+        factor = tolerances_factor(
+            found, len(found.measurements.poses), lambda: self._others(found, count, without)
+        )
+        return self._fit_anew(count, without, lines, factor) if factor > least else known
+
+    def _fit_anew(
+        self, count: int, without: tuple[int, ...], lines: tuple[str, ...], factor: float
+    ) -> Known:
         robot = self._with(step=lines) if lines else self._robot
         try:
             measured = self._table.measurements(robot, count, without)
             if measured is None or len(measured.poses) < self._least:
                 return Known(robot)
             robot, found = self._stepped(measured, lines)
-            if factor is None:
-                factor = tolerances_factor(
-                    found, len(measured.poses), lambda: self._others(found, count, without)
-                )
             if factor > 1:
                 tolerances = {
                     name: factor * value for name, value in vars(robot.tolerances).items()
@@ -456,23 +488,40 @@ class Knowledge:
         self, count: int, place: int, before: Known
     ) -> Iterator[tuple[str, dict[str, float]]]:
         """The edits of a row that the robot, as known without it, explains best."""
-        row, rows = self._table.values(place), self._table.counting
-        together = self._table.together(place)
-        others = [each for each in rows if each not in together]
-        scored: dict[tuple[float, ...], tuple[float, str, dict[str, float]]] = {}
         assert before.estimate is not None
-        for what, edited in edits_of(row, self._robot):
+        named = edits_of(self._table.values(place), self._robot)
+        edits = list({tuple(each[1].values()): each for each in reversed([*named])}.values())[::-1]
+        scored: list[tuple[float, str, dict[str, float]]] = []
+        for (what, edited), alone in zip(edits, self._each_alone(count, place, edits), strict=True):
+            if alone is None:
+                continue
             try:
-                alone = self._table.measurements(
-                    before.robot, count, others, edited={place: edited}
-                )
-                assert alone is not None
                 misfit = float(before.estimate.predicting(alone).chi_square_data)
             except SymkinError:
                 continue
-            scored.setdefault(tuple(edited.values()), (misfit, what, edited))
-        best = sorted(scored.values(), key=lambda each: each[0])[:_TRIED]
+            scored.append((misfit, what, edited))
+        best = sorted(scored, key=lambda each: each[0])[:_TRIED]
         yield from ((what, edited) for _, what, edited in best)
+
+    def _each_alone(
+        self, count: int, place: int, edits: list[tuple[str, dict[str, float]]]
+    ) -> Iterator[Measurements | None]:
+        """The row with each of these values, and what was measured with it; None if it cannot be.
+
+        Read together where all can be, since reading takes longer than what it is for.
+        """
+        together = self._table.together(place)
+        if len(together) == 1:
+            read = self._table.alone(self._robot, place, [edited for _, edited in edits])
+            if len(read) == len(edits):
+                yield from read
+                return
+        others = [each for each in self._table.counting if each not in together]
+        for _, edited in edits:
+            try:
+                yield self._table.measurements(self._robot, count, others, edited={place: edited})
+            except SymkinError:
+                yield None
 
 
 def _named(verdict: Verdict, passing: list[tuple[str, dict[str, float]]]) -> Verdict:

@@ -475,11 +475,13 @@ class Session:
             closing = degrees >= LEAST_DEGREES and self._chooser.reaches(
                 known.estimate, self.confidence, again
             )
-        if not (self._chooser.planned or closing or never):
+        verdict = self.verdict
+        doubtful = verdict is not None and not verdict.fine
+        # What is decided of a doubtful row changes what is known, and so the poses that help most.
+        if not (self._chooser.planned or closing or never or doubtful):
             self._plan(len(self._table.lines))
         enough = reached and not unchecked
-        verdict = self.verdict if enough else None
-        undecided = verdict is not None and not verdict.fine
+        undecided = enough and doubtful
         failed = [each for each in self._table.standing if self._table.is_failed(each)]
         return Progress(
             rows=len(self._table.counting),

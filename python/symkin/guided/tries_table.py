@@ -172,6 +172,22 @@ class TriesTable:
         stream.name = str(self.path or "the session")
         return read_measurements(stream, robot)
 
+    def alone(
+        self, robot: Mechanism, place: int, edits: Sequence[Mapping[str, float]]
+    ) -> list[Measurements]:
+        """One line as it would be with each of these values; none if one of them cannot be read."""
+        text = io.StringIO()
+        writer = csv.DictWriter(text, self.columns, lineterminator="\n")
+        writer.writeheader()
+        for number, values in enumerate(edits, 1):
+            cells = {name: repr(value) for name, value in values.items()}
+            writer.writerow(self.lines[place] | cells | {ROW: str(number), "repeat_of": ""})
+        try:
+            read = read_measurements(io.StringIO(text.getvalue()), robot)
+        except SymkinError:
+            return []
+        return [read[each : each + 1] for each in range(len(read))]
+
     def said(self, *statuses: str, upto: int | None = None) -> list[int]:
         """The numbers of the lines of which the first lines say this, in their order."""
         return [int(line[ROW]) for line in self.lines[:upto] if line[STATUS] in statuses]

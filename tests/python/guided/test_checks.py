@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 import symkin
-from symkin.guided import SimulatedDevice
+from symkin.guided import SimulatedDevice, tries_table
+from symkin.guided.choosing import Chooser
 from symkin.model.settings import Tolerances
 from symkin.planning.simulation import disturb
 from symkin.show.guided import end_text, progress_text
@@ -282,3 +283,22 @@ def test_where_there_is_no_estimate_of_a_trial_nobody_looks_for_why(robot, monke
         row = device(ask)
         session.add(row | {"x_m": 1e3 * row["x_m"]} if n == 1 else row)
     assert session.verdict is not None
+
+
+def test_a_doubtful_row_is_read_once_for_all_edits_and_no_poses_are_planned(robot, monkeypatch):
+    session, device = robot.measure(ACCURACY, **FEW), SimulatedDevice(robot, seed=3)
+    for _ in range(9):
+        session.add(device(session.next()))
+    row = device(session.next())
+    read, planned = [], []
+    reading, planning = tries_table.read_measurements, Chooser.plan
+    monkeypatch.setattr(
+        tries_table, "read_measurements", lambda *given: read.append(1) or reading(*given)
+    )
+    monkeypatch.setattr(Chooser, "plan", lambda *given: planned.append(1) or planning(*given))
+    session.add(row | {"psi_1_rad": row["psi_3_rad"], "psi_3_rad": row["psi_1_rad"]})
+    assert session.verdict.doubtful == 10
+    assert len(read) < 10  # of 19 edits
+    assert not planned
+    session.keep(10)
+    assert len(read) < 10  # what is said of rows does not change what they say
