@@ -8,6 +8,7 @@ import math
 import os
 import secrets
 import sys
+import textwrap
 from pathlib import Path
 from typing import Annotated
 
@@ -33,8 +34,9 @@ from symkin.guided import Session
 from symkin.guided.device import Device, Failed
 from symkin.guided.simulated import SimulatedDevice
 from symkin.options import Coordinates
-from symkin.show.entering import KEYS, entries_of, obeyed
+from symkin.show.entering import KEYS, TOUCHING, entries_of, obeyed, touches
 from symkin.show.guided import (
+    WIDTH,
     ask_text,
     begun_text,
     end_text,
@@ -237,6 +239,8 @@ def _token(path: Path) -> str:
 
 def _by_hand(session: Session, tell: _Screen) -> None:
     tell(f"Enter the row; {', '.join(f'{key} {what}' for key, what in KEYS.items())}, q quit")
+    if touches(session):
+        tell("\n".join(textwrap.wrap(TOUCHING, WIDTH)))
     for ask in session:
         tell(f"\n{progress_text(session, session.progress)}\n{ask_text(session, ask)}")
         entries = entries_of(session.asked_columns)

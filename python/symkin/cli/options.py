@@ -253,7 +253,11 @@ class Measured:
                 raise typer.BadParameter(f"{name} {error}", param_hint="--noise") from error
         if "position" in said:  # of which a device's preset would be more
             said.setdefault("per_metre", 0.0)
-        return mechanism.replace(noise=dataclasses.replace(mechanism.noise, **said))
+        settings = mechanism.identification
+        if settings is not None and settings.noise is not None:  # which is not to be estimated then
+            settings = dataclasses.replace(settings, noise=None)
+        noise = dataclasses.replace(mechanism.noise, **said)
+        return mechanism.replace(noise=noise, identification=settings)
 
 
 @record

@@ -18,7 +18,7 @@ from symkin.analysis.promises import CONFIDENCE, thinned
 from symkin.analysis.workspace import WorkspaceSample, sample_workspace
 from symkin.errors import SymkinError
 from symkin.estimate.survey import Survey, Unknowns, check_coordinates
-from symkin.estimate.unknowns import with_file_settings
+from symkin.estimate.unknowns import noise_of_file, with_file_settings
 from symkin.files.mechanism_writer import save_mechanism
 from symkin.guided.choosing import Chooser, Target
 from symkin.guided.held import Held, held
@@ -80,8 +80,9 @@ def measure(
     confidence : float
         Share of such robots that shall keep the accuracy.
     noise : "estimate", optional
-        Estimate the noise with the unknowns: it is then enough only by Student's quantiles, and
-        with at least 20 degrees of freedom. By default it is the mechanism's.
+        Estimate the noise with the unknowns, once there are 20 degrees of freedom: then it is
+        enough by Student's quantiles, and not before. By default it is the mechanism's, unless its
+        file asks to estimate it.
     candidates : int, or poses, optional
         Poses to choose from, as `plan` has them; by default the protocol's, at most 5000.
     seed : int, optional
@@ -123,7 +124,9 @@ def measure(
     given = {name: unknowns.get(name) for name in Unknowns.__annotations__}
     wanted = with_file_settings(given, mechanism.identification)
     wanted["prior"] = wanted.get("prior") or "tolerances"
+    noise = noise or noise_of_file(mechanism.identification)  # as the session has it from here on
     settings = dict(vars(mechanism.identification or IdentificationSettings())) | wanted
+    settings["noise"] = None
     robot = mechanism.replace(identification=IdentificationSettings(**settings))
     check_regions(mechanism, avoid)
     task = design_tasks(mechanism, "mechanism", use_symmetry=False)[0]

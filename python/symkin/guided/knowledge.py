@@ -39,6 +39,7 @@ from symkin.model.settings import Tolerances
 from symkin.options import Coordinates
 from symkin.values import Array, record
 
+LEAST_DEGREES = 20  # of freedom, before anything may stop by a noise that was estimated
 TAKEN_AS = "taken as "  # begins the remark of a row that was put right
 _LOOKED_AT = 6  # rows, from the last, of which one may keep all others from being fitted
 _TRIED = 3  # edits, the most likely ones, that are fitted
@@ -94,7 +95,7 @@ class Knowledge:
     ) -> None:
         self._robot, self._table, self._least = robot, table, least
         self._of, self._judged_at = of, judged_at
-        self._how: dict[str, Any] = {"confidence": confidence, "noise": noise}
+        self._confidence, self._noise = confidence, noise
         self._known: dict[int, Known] = {}
         self._verdicts: dict[int, Verdict] = {}
         self._fitted: dict[tuple[tuple[int, ...], tuple[str, ...], float | None], Known] = {}
@@ -224,13 +225,20 @@ class Knowledge:
                     name: factor * value for name, value in vars(robot.tolerances).items()
                 }
                 robot = robot.replace(tolerances=Tolerances(**tolerances))
-                found = tried(robot, measured, **self._how)
+                found = self._tried(robot, measured)
         except SymkinError as error:
             few = isinstance(error, NotIdentifiableError)
             return Known(robot, failure=str(error), unlike=not few)
         if not found.converged:
             return Known(robot, failure=found.failure, unlike=True)
         return Known(robot, found, tolerances=factor)
+
+    def _tried(self, robot: Mechanism, measured: Measurements) -> Estimate[Any]:
+        """An estimate: with the noise too, where that is wanted, once rows tell it."""
+        found = tried(robot, measured, confidence=self._confidence)
+        if self._noise is None or found.degrees_of_freedom < LEAST_DEGREES:
+            return found
+        return tried(robot, measured, confidence=self._confidence, noise=self._noise)
 
     def _slips(self, count: int, slipped: int | None = None) -> list[int]:
         """Places of the rows from which on something has slipped, as the first lines say.
@@ -257,7 +265,7 @@ class Knowledge:
         it sees it now.
         """
         robot = self._with(step=lines) if lines else self._robot
-        found = tried(robot, measured, **self._how)
+        found = self._tried(robot, measured)
         steady = tuple(
             name
             for line in lines
@@ -265,7 +273,7 @@ class Knowledge:
         )
         if steady:
             robot = self._with(step=lines, fixed=(*self._fixed, *steady))
-            found = tried(robot, measured, **self._how)
+            found = self._tried(robot, measured)
         steps = lines
         for place, line in enumerate(lines):
             moved = (*steps[:place], f"frame:{line}", *steps[place + 1 :])
@@ -273,7 +281,7 @@ class Knowledge:
             frames = tuple(dict.fromkeys(("base", *self._frames)))
             other = self._with(step=moved, fixed=(*self._fixed, *own), frames=frames)
             try:
-                shown = tried(other, measured, **self._how)
+                shown = self._tried(other, measured)
             except SymkinError:  # as where not all of a frame is shown
                 continue
             if explains_more(shown, found):
@@ -466,7 +474,7 @@ class Knowledge:
         try:
             measured = self._table.measurements(robot, count, edited={place: edited})
             assert measured is not None
-            return tried(robot, measured, **self._how)
+            return self._tried(robot, measured)
         except SymkinError:
             return None
 

@@ -23,7 +23,7 @@ from symkin.files.mechanism_writer import save_mechanism
 from symkin.guided.checks import HiddenSlip, Verdict
 from symkin.guided.choosing import Chooser, judged_at
 from symkin.guided.held import Held
-from symkin.guided.knowledge import TAKEN_AS, Knowledge, Known
+from symkin.guided.knowledge import LEAST_DEGREES, TAKEN_AS, Knowledge, Known
 from symkin.guided.rows import RowFormat
 from symkin.guided.tries_table import AVOID, KEPT, SLIPPED, Failure, TriesTable
 from symkin.model.mechanism import Mechanism
@@ -32,7 +32,6 @@ from symkin.values import Array, Value, record
 __all__ = ["Ask", "Failure", "Progress", "Session"]
 
 
-LEAST_DEGREES = 20  # of freedom, before anything may stop by a noise that was estimated
 _CLOSING, _MOST_CLOSING = 2, 4  # of the first poses, measured again in the end; see below
 _FRESH = 2  # rows that may follow these, before they are measured once more
 TABLE, ROBOT = "measured.csv", "robot.toml"
@@ -167,6 +166,7 @@ class Session:
         self._format = RowFormat(robot, observed.observed)
         # Frames that nobody knows take as many conditions before anything can be fitted.
         conditions = int(observed.rows(chooser.candidates[0]).any(axis=2).sum())
+        self._conditions = conditions / chooser.candidates.shape[1]  # of a row
         least = -(-int(np.isinf(observed.priors).sum()) // max(conditions, 1))
         least *= chooser.candidates.shape[1]
         # A slip in one leg shows the less in a repeat the fewer conditions a row of all legs has.
@@ -457,10 +457,12 @@ class Session:
     def _progress(self) -> Progress:
         known = self._now
         bounds, failure = self._knowledge.bounds(known, self.confidence)
-        degrees = math.inf
+        degrees, short = math.inf, 0
         if self.noise == "estimate":
             found = known.estimate
-            degrees = 0.0 if found is None else max(found.degrees_of_freedom, 0.0)
+            own = 0.0 if found is None else found.degrees_of_freedom
+            degrees = max(own, 0.0)
+            short = math.ceil((LEAST_DEGREES - own) / self._conditions)
         wanted = self.target.wanted
         reached = all(bounds[name] <= value for name, value in wanted.items())
         if self._floor is None:
@@ -492,7 +494,10 @@ class Session:
             repaired=known.repaired,
             reached=enough and not undecided,
             undecided=undecided,
-            more=unchecked + (0 if closing or never else max(self._chooser.more, 1)),
+            more=max(
+                unchecked + (0 if closing or never else max(self._chooser.more, 1)),
+                0 if never else short,
+            ),
             closing=unchecked if closing else 0,
             degrees=degrees,
             never=never,

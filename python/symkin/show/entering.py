@@ -8,6 +8,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
+from symkin.data.sensor_tables import shown_readings
 from symkin.errors import SymkinError
 from symkin.guided import Session, Verdict
 from symkin.show.guided import verdict_text
@@ -17,7 +18,11 @@ from symkin.show.wording import plural
 KEYS = {"s": "skip", "o": "occluded", "a": "avoid region", "r": "repeat", "u": "undo"}
 _DECIDING = ("t", "d", "k")
 _NOT_SEEN = ("-", "?")
-_READING = "psi_"
+_READING, _HEIGHT, _TOUCHED = "psi_", "height_m", "touched_m"
+TOUCHING = (
+    "A height is the tool's above the bed, with the readings there. Of a probe that touches it is "
+    "0: enter the readings and 0, or as z 0.12 what the controller says of z there, by the drawing."
+)
 
 
 class Entry(NamedTuple):
@@ -66,10 +71,35 @@ def obeyed(session: Session, line: str) -> str:
     elif key == "u":
         return f"Row {session.undo()} is taken back."
     else:
-        session.add(_row(line.strip(), entries_of(session.asked_columns)))
+        touched = re.fullmatch(r"z\b\s*=?\s*(\S+)", key) if touches(session) else None
+        if touched is not None:
+            session.add(_touch(session, touched[1]))
+        else:
+            session.add(_row(line.strip(), entries_of(session.asked_columns)))
         verdict = session.verdict
         return "" if verdict is None else verdict_text(verdict)
     return ""
+
+
+def touches(session: Session) -> bool:
+    """Whether heights above a bed are entered, as of a probe that touches it."""
+    return {_HEIGHT} == {each for each in session.columns if not each.startswith(_READING)}
+
+
+def touching(session: Session) -> list[Entry]:
+    """What a page asks for besides, of a probe that touches."""
+    heights = [each for each in entries_of(session.columns) if each.column == _HEIGHT]
+    named = [each._replace(name="or z where it touched", column=_TOUCHED) for each in heights]
+    return named if touches(session) else []
+
+
+def _touch(session: Session, text: str) -> dict[str, float]:
+    """A row of a probe that touched where the controller, by the drawing, says that z is this."""
+    pose, (entry,) = session.asked().pose.copy(), touching(session)
+    pose[len(session.robot.space.position) - 1] = _number(text, entry._replace(name="z"))
+    readings = shown_readings(session.robot, session.robot.inverse_kinematics(pose[None]))[0]
+    names = [each for each in session.columns if each.startswith(_READING)]
+    return {_HEIGHT: 0.0, **dict(zip(names, readings.tolist(), strict=True))}
 
 
 def entered(session: Session, fields: Mapping[str, str]) -> None:
@@ -83,7 +113,10 @@ def entered(session: Session, fields: Mapping[str, str]) -> None:
     SymkinError
         For an empty field and for what is no number, naming it; nothing is written then.
     """
-    row = {}
+    touched, row = fields.get(_TOUCHED, "").strip(), {}
+    if touched and touches(session):
+        session.add(_touch(session, touched))
+        return
     for entry in entries_of(session.asked_columns):
         text = fields.get(entry.column, "").strip()
         if text:

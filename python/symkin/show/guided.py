@@ -12,7 +12,8 @@ from symkin.data.sensor_tables import shown_readings
 from symkin.errors import few, unknowns_by_name
 from symkin.estimate.evidence.unseen import POWER
 from symkin.guided import Ask, Progress, Session, Verdict
-from symkin.guided.session import LEAST_DEGREES, ROBOT, TABLE
+from symkin.guided.knowledge import LEAST_DEGREES
+from symkin.guided.session import ROBOT, TABLE
 from symkin.model.file_frames import as_drawn
 from symkin.options import OPTIONS
 from symkin.shell import typed_word

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from symkin.errors import SymkinError
 from symkin.guided import Ask, Session, Verdict
-from symkin.show.entering import decisions, entered, entries_of, obeyed
+from symkin.show.entering import decisions, entered, entries_of, obeyed, touching
 from symkin.show.guided import end_text, pose_cells, progress_text, reading_cells, verdict_text
 from symkin.show.rendering import rendered
 from symkin.show.sketch import sketch
@@ -44,7 +44,7 @@ def session_state(session: Session, told: str = "") -> dict[str, Any]:
         "ask": None if ask is None else _told(session, ask),
         "entries": [
             {"name": each.name, "unit": each.unit, "column": each.column, "read": each.is_reading}
-            for each in entries_of(session.asked_columns)
+            for each in (*entries_of(session.asked_columns), *touching(session))
         ],
         "progress": " ".join(progress_text(session, found).partition("\n[")[0].split()),
         "share": found.rows / max(whole, 1),

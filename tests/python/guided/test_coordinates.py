@@ -13,7 +13,9 @@ from symkin.errors import SymkinError
 from symkin.estimate.survey import Survey
 from symkin.guided import SimulatedDevice
 from symkin.model.settings import Frames
+from symkin.show.entering import entered, obeyed, touches
 from symkin.show.guided import end_text
+from symkin.show.served import session_state
 
 FEW = {"candidates": 300, "seed": 1}
 ACCURACY = 8e-5
@@ -126,3 +128,37 @@ def test_of_the_coordinates_that_are_wanted_fewer_rows_are_needed():
     whole = robot.measure(2e-4, **FEW)
     alone = robot.measure(2e-4, of="x", **FEW)
     assert alone.progress.more < whole.progress.more
+
+
+def test_where_a_probe_touched_is_entered_as_the_controller_says_it(delta):
+    """A robot whose touch the controller sees 0.3 mm above the bed is 0.3 mm lower than drawn."""
+    by_z, by_readings = (
+        delta.measure(ACCURACY, of="height", observe="height", **FEW) for _ in "ab"
+    )
+    ask = by_z.asked()
+    assert touches(by_z)
+    obeyed(by_z, "z 0.3")
+    (readings,) = delta.inverse_kinematics(ask.pose[None] + [[0, 0, 3e-4]])
+    obeyed(by_readings, " ".join(f"{1e3 * each:.9f}" for each in readings) + " 0")
+    one, other = by_z.measurements, by_readings.measurements
+    assert one.readings == pytest.approx(other.readings)
+    assert one.heights == pytest.approx(other.heights) == [0.0]
+    for _ in range(12):
+        obeyed(by_z, "z=0,3")
+    assert (
+        by_z.estimate.mechanism.forward_kinematics(ask.readings[None], ask.pose[None])[0][0, 2] < 0
+    )
+
+
+def test_a_page_takes_where_a_probe_touched(delta):
+    page, terminal = (delta.measure(ACCURACY, of="height", observe="height", **FEW) for _ in "ab")
+    *_, field = session_state(page)["entries"]
+    assert (field["name"], field["unit"]) == ("or z where it touched", "mm")
+    entered(page, {field["column"]: "-0,25"})
+    obeyed(terminal, "z -0.25")
+    assert page.measurements.readings == pytest.approx(terminal.measurements.readings)
+    with pytest.raises(SymkinError, match=r'"a" is no number \(z mm\)'):
+        obeyed(terminal, "z a")
+    robot = symkin.load("3RRR").measure(1e-4, **FEW)
+    assert not touches(robot)
+    assert {each["column"] for each in session_state(robot)["entries"]} == set(robot.columns)

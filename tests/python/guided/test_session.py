@@ -11,7 +11,7 @@ from symkin.errors import SymkinError
 from symkin.estimate.survey import Survey
 from symkin.guided import SimulatedDevice
 from symkin.guided.choosing import Chooser
-from symkin.model.settings import Tolerances
+from symkin.model.settings import IdentificationSettings, Tolerances
 from symkin.planning.completion import Completing
 from symkin.planning.selection import select_poses
 from symkin.planning.simulation import disturb
@@ -311,3 +311,18 @@ def test_a_completion_is_as_good_as_a_plan(robot):
     gain = completing.worth(completing.covariance(members[:5]))[members[5]]
     before, after = (np.sum(completing.covariance(members[:k]) * form) for k in (5, 6))
     assert gain == pytest.approx(before - after, rel=1e-6)
+
+
+def test_a_file_that_asks_for_the_noise_is_not_enough_by_few_rows(robot):
+    asking = robot.replace(identification=IdentificationSettings(noise="estimate"))
+    session = asking.measure(5e-3, **FEW)
+    assert session.noise == "estimate"
+    device = SimulatedDevice(robot, seed=2)
+    session.add(device(session.next()))
+    few = session.progress  # by the declared noise, which rows do not tell yet
+    assert np.isfinite(few.position_bound)
+    assert few.more >= (20 - few.degrees) / 3
+    measured(session, device)
+    assert session.progress.reached
+    assert session.progress.degrees >= 20
+    assert session.estimate.noise != robot.noise
