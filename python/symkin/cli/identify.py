@@ -214,7 +214,7 @@ def _correcting(
             with OutputFiles(inputs, overwrite) as outputs:
                 folder = outputs.folder(out, *names)
                 corrected = error.corrected, error.redrawn
-                save_corrections(folder, nominal, error.likely_cause, *corrected)
+                save_corrections(folder, nominal, error.likely_cause.words, *corrected)
             words = f"{what} {are} {' and '.join(str(out / name) for name in names)}"
         error.args = (f"{error}; {words}",)
         raise
@@ -300,7 +300,8 @@ def identify_batch(
             if target:
                 stage("writing the table")
                 telling = write_result_then_report(found, target, telling, table=table)
-    print_result(found, telling, out, ("report.html", f"fleet.{table}"))
+    names = (f"fleet.{table}", *[REDRAWN] * (found.redrawn is not None), "report.html")
+    print_result(found, telling, out, names)
     failed = found.verdicts.count("failed")
     if failed:
         not_converged(f"{failed} of {len(found.robots)} robots; the table says why")

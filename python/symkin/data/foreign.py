@@ -51,6 +51,11 @@ class ColumnName:
         return cls(name, words[:-1], words[-1], unit) if words else None
 
 
+def names_robots(column: str) -> bool:
+    """Whether a column has a name as one of robots' names or numbers has."""
+    return "".join(_WORDS.findall(column.lower())) in _ROBOTS
+
+
 def mapping_for(table: Table, mechanism: Mechanism) -> str:
     """Return a line of TOML that says which columns may hold poses and readings, or nothing.
 
@@ -63,7 +68,7 @@ def mapping_for(table: Table, mechanism: Mechanism) -> str:
     space, count = mechanism.space, mechanism.reading_count
     columns = [each for name in table.names if (each := ColumnName.of(name)) is not None]
     places = _alike(columns, space.position, "m") if space.size else []
-    robots = [each for each in columns if "".join((*each.before, each.last)) in _ROBOTS]
+    robots = [each for each in columns if names_robots(each.name)]
     others = [each for each in columns if not any(each in own for own in (*places, robots))]
     readings = _numbered(others, count) or _only(others, count)
     if space.turns and len(places) > 1 and readings:

@@ -348,11 +348,11 @@ class MeasuredRows(Result):
         In words, with the first row: a coordinate of a pose was not measured, something else than
         poses and readings was observed, or a row has a standard deviation of its own.
         """
-        missing = np.argwhere(np.isnan(self.poses))
-        if len(missing):
-            row, coordinate = missing[0].tolist()
-            if np.isnan(self.poses).all():
+        missing = np.isnan(self.poses)
+        if missing.any():
+            if missing.all():
                 return "no pose was measured"
+            row, coordinate = np.argwhere(missing)[0].tolist()
             name = (*self.space.position, *self.space.orientation)[coordinate]
             name = "orientation" if name.startswith("q") else name
             return f"row {self.row_numbers[row]} has no measured {name}"

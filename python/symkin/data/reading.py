@@ -37,7 +37,7 @@ from symkin.data.measurements import ALL_LEGS, Measurements
 from symkin.data.observables import OBSERVABLES, Sizes
 from symkin.data.sensor_tables import read_straight_readings
 from symkin.data.tries import only_counting
-from symkin.data.unread import refuse_what_is_missed, unread_columns
+from symkin.data.unread import refuse_many_robots, refuse_what_is_missed, unread_columns
 from symkin.data.writing import LOST_ORIENTATION, lost_row
 from symkin.errors import MeasurementError
 from symkin.model.file_frames import from_drawing
@@ -268,6 +268,8 @@ def measurements_of_table(
         others["reading_deviations"] = of_all * np.abs(slopes)
     leg_sets = _leg_sets(table, columns, legs)
     unread = unread_columns(table, ignore)
+    if robots is None:
+        refuse_many_robots(table, unread)
     if own:
         refuse_what_is_missed(table, columns, unread, space, mechanism.reading_unit)
     measurements = Measurements(

@@ -7,6 +7,7 @@ import re
 from collections.abc import Iterator, Sequence
 
 from symkin.data.columns import has_observed_columns, is_present
+from symkin.data.foreign import names_robots
 from symkin.model.poses import POSE_SPACES
 from symkin.model.settings import MeasurementColumns
 from symkin.storage.quantities import is_unit
@@ -53,6 +54,19 @@ def refuse_what_is_missed(
                     f'"{stem}" with its unit, such as "{stem}_{unit}", if that is what it holds, '
                     f'or say that it is left out (--ignore {name}, in Python ignore=["{name}"])'
                 )
+
+
+def refuse_many_robots(table: Table, unread: Sequence[str]) -> None:
+    """Refuse a table as one robot's of which a column that is not read seems to name several."""
+    for name in filter(names_robots, unread):
+        count = len({*table.texts(name)} - {""})
+        if count > 1:
+            raise table.error(
+                f'column "{name}" is not read, and has {count} different names: if these are '
+                f'robots, call it "robot" (or in a mapping robot = "{name}") and identify them by '
+                "symkin identify-batch, in Python by identify_many; if all rows are of one, leave "
+                f'it out (--ignore {name}, in Python ignore=["{name}"])'
+            )
 
 
 def _gaps(

@@ -16,7 +16,6 @@ from symkin.data.columns import pose_column_names
 from symkin.data.measurements import Measurements
 from symkin.estimate.cross_validation import cross_validation_of
 from symkin.estimate.evidence.corrections import explained
-from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.evidence.wider import contradiction_of
 from symkin.estimate.examined import Examined
 from symkin.estimate.fit import by_leg, changed_settings
@@ -38,7 +37,7 @@ CORRECTED = "corrected.csv"  # the measurements without their likely mistake, if
 def save_corrections(
     folder: Path,
     nominal: Mechanism,
-    cause: Doubt,
+    cause: str,
     table: Measurements | None,
     drawing: Mechanism | None,
 ) -> None:
@@ -46,7 +45,7 @@ def save_corrections(
     if table is not None:
         table.save(folder / CORRECTED, nominal)
     if drawing is not None:
-        header = f"As drawn, but for a mistake that its measurements show: {cause.words}."
+        header = f"As drawn, but for a mistake that its measurements show: {cause}."
         save_mechanism(drawing, folder / REDRAWN, header=header)
 
 
@@ -277,7 +276,9 @@ class Estimate(Examined[M], FolderResult):
         """Write the calibrated mechanism, the results, two tables and the report into a folder."""
         self.write_tables(folder)
         if self.corrected is not None or self.redrawn is not None:
-            save_corrections(folder, self.nominal, self.doubts[0], self.corrected, self.redrawn)
+            save_corrections(
+                folder, self.nominal, self.doubts[0].words, self.corrected, self.redrawn
+            )
         super().write_files(folder, report=report)
 
     @property

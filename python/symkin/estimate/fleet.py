@@ -4,11 +4,12 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import operator
 import os
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from functools import cached_property, partial
+from functools import cached_property
 from pathlib import Path
 from typing import Any, ClassVar, Literal, Self
 
@@ -18,8 +19,10 @@ from symkin import present
 from symkin.data.measurements import Measurements
 from symkin.errors import MeasurementError, SymkinError, did_you_mean, shown
 from symkin.estimate.covariates import steps_of
+from symkin.estimate.estimate import REDRAWN, save_corrections
 from symkin.estimate.evidence.findings import Doubt, Note
 from symkin.estimate.evidence.watching import is_watched, unwatched_search
+from symkin.estimate.fleet_doubts import shared_cause
 from symkin.estimate.fleet_jobs import Job, Robots, identifying
 from symkin.estimate.fleet_parts import (
     COLUMNS,
@@ -31,13 +34,13 @@ from symkin.estimate.fleet_parts import (
 )
 from symkin.estimate.fleet_sources import RowsApartError, robots_given, robots_of_table
 from symkin.estimate.fleet_together import FoundTogether, surroundings_of
-from symkin.estimate.identification import together
+from symkin.estimate.identification import together, why_together
 from symkin.estimate.options import EstimateOptions
 from symkin.estimate.unknowns import Priors, noise_of_file, with_file_settings
 from symkin.estimate.workshop import MadeWithin, tolerances_of
 from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.model.mechanism import Mechanism
-from symkin.model.settings import MeasurementColumns, NoiseSettings, unusual
+from symkin.model.settings import MeasurementColumns, NoiseSettings
 from symkin.options import Estimator, Gauge, Loss, LossPer, PoseUse, Sensor, checks
 from symkin.results import Result
 from symkin.storage.output_files import OutputFiles
@@ -80,6 +83,8 @@ class Fleet(Result):
         estimates.
     made_within : tuple of MadeWithin
         The tolerances that the workshop keeps, if that was asked for.
+    redrawn : Mechanism or None
+        The drawing without the mistake that most doubtful robots have in common, if that is its.
     """
 
     robots: tuple[str, ...]
@@ -99,10 +104,11 @@ class Fleet(Result):
     seconds: float = field(private=True)
     notes: tuple[Note, ...] = field(compare=False, default=())
     made_within: tuple[MadeWithin, ...] = ()
+    redrawn: Mechanism | None = field(private=True, default=None)
 
     derived = ("verdicts",)
     FILES: ClassVar[tuple[str, ...]] = ("fleet.csv", "report.html")
-    SOMETIMES: ClassVar[tuple[str, ...]] = ("fleet.csv", "fleet.parquet")
+    SOMETIMES: ClassVar[tuple[str, ...]] = ("fleet.csv", "fleet.parquet", REDRAWN)
 
     def __len__(self) -> int:
         """How many robots there are."""
@@ -210,6 +216,9 @@ class Fleet(Result):
         with OutputFiles(overwrite=overwrite) as outputs:
             target = outputs.folder(Path(folder), *self.SOMETIMES, "report.html")
             write_table(target / name, self.columns())
+            if self.redrawn is not None:
+                cause = next(note for note in self.notes if note.code == "cause-shared")
+                save_corrections(target, self.nominal, cause.figures["words"], None, self.redrawn)
             if report:
                 self.write_report(target)
         return Path(folder) / name
@@ -263,6 +272,8 @@ class Fleet(Result):
         if not names:
             raise MeasurementError("there are no measurements of any robot; expected some")
         doubts, together = numbered(found, "doubts"), numbered(found, "together")
+        drawings = numbered(found, "drawings")
+        shared, typical = shared_cause(doubts, drawings) or (None, -1)
         surroundings, surrounding = surroundings_of(len(names), together)
         failures = [failure for part in found for failure in part.failures]
         failed = np.array([bool(failure) for failure in failures])
@@ -285,11 +296,13 @@ class Fleet(Result):
             seconds=seconds,
             notes=(
                 *ended,
-                *(() if together else (Note("screened"),)),
+                *(() if shared is None else (shared,)),
+                *(() if len(together) == len(names) else (Note("screened"),)),
                 *_notes(found),
                 *_of_all(together),
             ),
             made_within=tolerances_of(shares) if tolerances else (),
+            redrawn=drawings.get(typical),
         )
 
 
@@ -433,32 +446,45 @@ def identify_robots(
     asked = with_file_settings(given, mechanism.identification)
     if noise is None:
         noise = noise_of_file(mechanism.identification)
-    further = unusual(asked | {"noise": noise if isinstance(noise, str) else None})
-    curved = "" if mechanism.curvature is None else "the sensors are curved"
-    reason = mechanism.not_leg_by_leg or curved
-    if further:
-        reason = f"{' and '.join(further)} {'was' if len(further) == 1 else 'were'} given"
     how: dict[str, Any] = {"poses": poses, "loss": loss, "loss_scale": loss_scale, "noise": noise}
     how |= {"max_iterations": max_iterations, **asked}
-    if reason:
-        options = together(estimator, reason, how)
-    else:
-        options = EstimateOptions(estimator or "implicit", **how)
-    identified = partial(
-        Fleet.of,
-        mechanism,
-        options=options,
-        tolerances=tolerances,
-        threads=threads,
-        workers=workers,
-        scheduler=scheduler,
-    )
+
+    def identified(parts: Iterable[Robots]) -> Fleet:
+        some, parts = _looked_at(parts)
+        reason = why_together(mechanism, asked, noise) or _incomplete_because(some)
+        if reason:
+            options = together(estimator, reason, how)
+        else:
+            options = EstimateOptions(estimator or "implicit", **how)
+        return Fleet.of(
+            mechanism,
+            parts,
+            options,
+            tolerances=tolerances,
+            threads=threads,
+            workers=workers,
+            scheduler=scheduler,
+        )
+
     try:
         return identified(robots(False))
     except RowsApartError as apart:
         found = identified(robots(True))
         note = Note("rows-apart", figures={"words": str(apart)})
         return dataclasses.replace(found, notes=(*found.notes, note))
+
+
+def _looked_at(parts: Iterable[Robots]) -> tuple[Robots, Iterable[Robots]]:
+    """The first part, and all of them."""
+    following = iter(parts)
+    first = next(following, {})
+    return first, itertools.chain([first], following)
+
+
+def _incomplete_because(robots: Robots) -> str:
+    """Why no robot can be identified leg by leg; empty if one can, or if there is none."""
+    reasons = [each.incomplete_because for each in robots.values() if not isinstance(each, str)]
+    return next(iter(reasons), "") if all(reasons) else ""
 
 
 def _of_all(together: Mapping[int, FoundTogether]) -> Iterator[Note]:

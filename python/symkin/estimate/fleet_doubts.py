@@ -7,8 +7,10 @@ It says no more than that. What speaks against a robot is said by the tests that
 from __future__ import annotations
 
 import dataclasses
+from collections import Counter
 from collections.abc import Mapping
 from statistics import NormalDist
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +18,7 @@ from numpy.typing import NDArray
 from symkin.data.measurements import Measurements
 from symkin.errors import FailedFitError, SymkinError, named_legs
 from symkin.estimate.estimate import Estimate
-from symkin.estimate.evidence.findings import Doubt
+from symkin.estimate.evidence.findings import Doubt, Note
 from symkin.estimate.fit import FALSE_ALARMS, as_mechanism
 from symkin.estimate.options import EstimateOptions
 from symkin.model.framing import unframed
@@ -26,6 +28,7 @@ from symkin.values import Array
 
 _LARGEST_ANGLE = 1e9  # beyond it the canonical form of an angle is noise
 _EXAMINED = 20  # robots: a fleet of which more are doubted has one cause, or a wrong drawing
+_SHARED = 3  # robots at least have a cause that is not theirs
 
 
 def suspects(nominal: Mechanism, parameters: Array, deviations: Array) -> NDArray[np.intp]:
@@ -57,8 +60,11 @@ def doubted(
     parameters: Array,
     deviations: Array,
     found: Mapping[str, Array],
-) -> NDArray[np.bool_]:
-    """Whether chi-square or a parameter is not a sound robot's; of one that failed, False."""
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Whether chi-square or a parameter is not a sound robot's; and whether one is not shown.
+
+    Of a robot that failed neither.
+    """
     chi_square, freedom = found["chi_square"], found["degrees_of_freedom"]
     identified = nominal.is_estimated
     tolerances, deviations = parameter_tolerances(nominal)[identified], deviations[:, identified]
@@ -68,9 +74,20 @@ def doubted(
     strange = (
         (freedom < 1) | (chi_square > found["limit"]),
         (chi_square < found["least"]) & (options.loss == "none"),
-        (deviations > UNKNOWN * tolerances) | (distances > farthest),
+        distances > farthest,
     )
-    return np.asarray(np.concatenate(strange, axis=1).any(axis=1))
+    return (
+        np.asarray(np.concatenate(strange, axis=1).any(axis=1)),
+        np.asarray((deviations > UNKNOWN * tolerances).any(axis=1)),
+    )
+
+
+class Looked(NamedTuple):
+    """What looking into robots found, by their places."""
+
+    doubts: dict[int, tuple[Doubt, ...]]
+    failures: dict[int, str]  # why some failed
+    drawings: dict[int, Mechanism]  # as likely causes would have them
 
 
 def examined(
@@ -78,14 +95,14 @@ def examined(
     options: EstimateOptions,
     robots: Mapping[int, Measurements],
     before: int = 0,
-) -> tuple[dict[int, tuple[Doubt, ...]], dict[int, str]]:
-    """What speaks against robots by all tests, likely causes among them; and why some failed.
+) -> Looked:
+    """What speaks against robots by all tests, likely causes among them.
 
     Of more robots than a few, it is only said of those after them that they are doubted too; so
     many were `before` these.
     """
-    doubts: dict[int, tuple[Doubt, ...]] = {}
-    failures: dict[int, str] = {}
+    looked = Looked({}, {}, {})
+    doubts, failures, drawings = looked
     for number, (robot, measured) in enumerate(robots.items(), before):
         if number >= _EXAMINED:
             doubts[robot] = (Doubt("not-examined", figures={"examined": _EXAMINED}),)
@@ -97,8 +114,47 @@ def examined(
             failures[robot] = str(error)
             cause = error.likely_cause
             doubts[robot] = () if cause is None else (cause,)
-            continue
-        doubts[robot] = found.doubts
-        if not found.converged:
-            failures[robot] = found.failure
-    return doubts, failures
+            drawing = error.redrawn
+        else:
+            doubts[robot], drawing = found.doubts, found.redrawn
+            if not found.converged:
+                failures[robot] = found.failure
+        if drawing is not None:
+            drawings[robot] = drawing.replace(frames=nominal.frames)
+    return looked
+
+
+def unshown(
+    nominal: Mechanism, options: EstimateOptions, robots: Mapping[int, Measurements]
+) -> Looked:
+    """The same of robots that hardly show a parameter, which may not matter.
+
+    Where it matters to none of the first it does to none: that goes by where they were measured.
+    """
+    looked = examined(nominal, options, robots)
+    first = [*looked.doubts.values()][:_EXAMINED]
+    return looked if any(first) else looked._replace(doubts={})
+
+
+def shared_cause(
+    doubts: Mapping[int, tuple[Doubt, ...]], drawings: Mapping[int, Mechanism]
+) -> tuple[Note, int] | None:
+    """The cause that most of the robots have that were looked into, and whose is typical."""
+    first = {robot: each[0] for robot, each in doubts.items() if each}
+    looked_into = [each for each in first.values() if each.code != "not-examined"]
+    causes = Counter((each.code, each.legs) for each in looked_into if each.explains)
+    (cause, count), *_ = [*causes.most_common(1), (None, 0)]
+    if count < max(_SHARED, len(looked_into) / 2):
+        return None
+    who = [
+        robot for robot, each in doubts.items() if each and (each[0].code, each[0].legs) == cause
+    ]
+    drawn = [robot for robot in who if robot in drawings] or who[:1]
+    typical = drawn[0]
+    if typical in drawings:
+        values = np.array([drawings[robot].parameters for robot in drawn])
+        away = np.abs(values - np.median(values, axis=0)).reshape(len(drawn), -1)
+        typical = drawn[int(np.argmin((away / np.maximum(away.max(axis=0), 1e-300)).sum(axis=1)))]
+    said = first[typical]
+    figures = {"count": count, "examined": len(looked_into), "words": said.words}
+    return Note("cause-shared", said.legs, figures=figures), typical

@@ -3,10 +3,11 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from symkin import _core
 from symkin.cluster import dask_client, require_version, spread
 from symkin.data.measurements import Measurements
 from symkin.estimate.fleet_together import FoundTogether, found_together
+from symkin.estimate.identification import why_together
 from symkin.estimate.options import EstimateOptions
 from symkin.model.framing import unframed
 from symkin.model.mechanism import Mechanism
@@ -56,12 +58,29 @@ class Job:
     asked: Mapping[str, Any]
     threads: int
 
-    @property
-    def is_together(self) -> bool:
-        """Whether robots are identified as `identify` does, one by one."""
-        noise = self.options.declared(self.nominal.noise)
-        shared = self.nominal.not_leg_by_leg
-        return bool(self.asked or noise.varies or shared) or self.nominal.curvature is not None
+    @cached_property
+    def all_together(self) -> bool:
+        """Whether every robot is identified as `identify` does, by itself."""
+        return bool(self.asked or why_together(self.nominal, {}, self.options.noise))
+
+    def is_together(self, measured: Measurements) -> bool:
+        """Whether a robot is."""
+        return self.all_together or not measured.complete
+
+    def refusal(self, measured: Measurements) -> str:
+        """Why a robot cannot be identified so; empty if it can."""
+        legs, coordinates = len(self.nominal.legs), self.nominal.home.size
+        if (measured.poses.shape[1], measured.readings.shape[1]) != (coordinates, legs):
+            return (
+                f"poses of {measured.poses.shape[1]} coordinates and readings of "
+                f"{measured.readings.shape[1]} legs; expected {coordinates} and {legs}"
+            )
+        if self.options.estimator == "joint" or measured.complete:
+            return ""
+        return (
+            f"{measured.incomplete_because}, where the legs of all others are identified one by "
+            'one from full poses; expected the estimator "joint", or the measurements without it'
+        )
 
     def columns(self, robots: int) -> dict[str, Array]:
         """Columns of robots of which nothing is known yet."""
@@ -73,8 +92,8 @@ class Job:
         return {name: np.full(shape, np.nan) for name, shape in zip(_COLUMNS, shapes, strict=True)}
 
     def identify(self, robots: Sequence[Measurements]) -> Found:
-        """Identify some robots."""
-        if self.is_together:
+        """Identify some robots, all of them each by itself, or all at once."""
+        if self.is_together(robots[0]):
             return self._together(robots)
         options = self.options
         poses = [each.poses for each in robots]
@@ -122,24 +141,17 @@ def identifying(
 
 
 def _identified(job: Job, client: Any, robots: Robots) -> Identified:
-    legs, coordinates = len(job.nominal.legs), job.nominal.home.size
     failures: list[str] = []
-    usable: list[tuple[int, Measurements]] = []
+    usable: dict[bool, list[tuple[int, Measurements]]] = {False: [], True: []}
     for number, measured in enumerate(robots.values()):
-        failure = ""
-        if isinstance(measured, str):
-            failure = measured
-        elif (measured.poses.shape[1], measured.readings.shape[1]) != (coordinates, legs):
-            failure = (
-                f"poses of {measured.poses.shape[1]} coordinates and readings of "
-                f"{measured.readings.shape[1]} legs; expected {coordinates} and {legs}"
-            )
-        else:
-            usable.append((number, measured))
+        failure = measured if isinstance(measured, str) else job.refusal(measured)
+        if not (failure or isinstance(measured, str)):
+            usable[job.is_together(measured)].append((number, measured))
         failures.append(failure)
     columns = job.columns(len(robots))
     together: dict[int, FoundTogether] = {}
-    for rows, found in _computed(job, client, usable):
+    computed = (_computed(job, client, each, 1 if own else _CHUNK) for own, each in usable.items())
+    for rows, found in itertools.chain(*computed):
         for row, failure in zip(rows, found.failures, strict=True):
             failures[row] = failure
         places = np.array(rows)
@@ -151,14 +163,13 @@ def _identified(job: Job, client: Any, robots: Robots) -> Identified:
 
 
 def _computed(
-    job: Job, client: Any, robots: list[tuple[int, Measurements]]
+    job: Job, client: Any, robots: list[tuple[int, Measurements]], size: int
 ) -> Iterator[tuple[list[int], Found]]:
-    """What is found of chunks of robots, in whatever order they are ready."""
+    """What is found of chunks of robots of this size, in whatever order they are ready."""
     if client is None:
         if robots:
             yield [number for number, _ in robots], job.identify([each for _, each in robots])
         return
-    size = 1 if job.is_together else _CHUNK
     chunks = [robots[first : first + size] for first in range(0, len(robots), size)]
     yield from spread(client, _chunk, ((version(), job, chunk) for chunk in chunks))
 

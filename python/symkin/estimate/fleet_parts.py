@@ -8,10 +8,11 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from symkin.data.measurements import Measurements
 from symkin.estimate.evidence.findings import Doubt
-from symkin.estimate.fleet_doubts import doubted, examined, impossible, suspects
+from symkin.estimate.fleet_doubts import doubted, examined, impossible, suspects, unshown
 from symkin.estimate.fleet_jobs import Identified, Job, Robots
 from symkin.estimate.fleet_together import FoundTogether
 from symkin.estimate.identification import identify
@@ -40,6 +41,7 @@ class FleetPart:
     failures: Sequence[str]
     columns: Mapping[str, Array]
     doubts: Mapping[int, tuple[Doubt, ...]]
+    drawings: Mapping[int, Mechanism]  # as likely causes would have them
     together: Mapping[int, FoundTogether]
     unread: Mapping[tuple[str, ...], list[str]]
     shares: Sequence[Share] = field(default_factory=list)
@@ -58,16 +60,23 @@ def part_of(job: Job, robots: Robots, identified: Identified, looked_at: int) ->
     for robot in suspects(nominal, parameters, deviations):
         if not failures[robot]:
             failures[robot] = impossible(nominal, parameters[robot], deviations[robot])
+    strange, hidden = doubted(nominal, options, parameters, deviations, found)
+    screened = {
+        robot: measured
+        for robot, measured in enumerate(robots.values())
+        if isinstance(measured, Measurements) and robot not in together and measured.complete
+    }
+    strange |= np.array([bool(failure) for failure in failures], dtype=bool)
+    looks = (
+        examined(nominal, options, _where(strange, screened), looked_at),
+        unshown(nominal, options, _where(hidden & ~strange, screened)),
+    )
     doubts = {number: each.doubts for number, each in together.items()}
-    if not together:
-        strange = doubted(nominal, options, parameters, deviations, found)
-        to_look_at = {
-            robot: measured
-            for robot, (measured, failure) in enumerate(zip(robots.values(), failures, strict=True))
-            if isinstance(measured, Measurements) and (failure or strange[robot])
-        }
-        doubts, refused = examined(nominal, options, to_look_at, looked_at)
-        for robot, failure in refused.items():
+    drawings = {number: each.redrawn for number, each in together.items() if each.redrawn}
+    for look in looks:
+        doubts |= look.doubts
+        drawings |= look.drawings
+        for robot, failure in look.failures.items():
             failures[robot] = failures[robot] or failure
     estimated = deviations > 0 if job.asked else nominal.is_estimated
     found |= {"parameters": parameters, "deviations": np.where(estimated, deviations, np.nan)}
@@ -79,9 +88,16 @@ def part_of(job: Job, robots: Robots, identified: Identified, looked_at: int) ->
         failures,
         {name: found[name] for name in COLUMNS},
         doubts,
+        drawings,
         together,
         _unread(robots),
     )
+
+
+def _where(
+    looked: NDArray[np.bool_], robots: Mapping[int, Measurements]
+) -> dict[int, Measurements]:
+    return {robot: measured for robot, measured in robots.items() if looked[robot]}
 
 
 def numbered(parts: Sequence[FleetPart], what: str) -> dict[int, Any]:

@@ -27,6 +27,7 @@ class FoundTogether(Value):
     failure: str  # why there is no estimate; or empty
     doubts: tuple[Doubt, ...] = ()  # what speaks against it
     notes: tuple[Note, ...] = ()  # what to know of it
+    redrawn: Mechanism | None = None  # the drawing as the likely cause would have it
     # As the core's fleet has them, of one robot; deviations of what is held are zero. Empty for one
     # that failed.
     columns: Mapping[str, Array] | None = None
@@ -91,6 +92,7 @@ def _row(found: Estimate) -> FoundTogether:
         failure="",
         doubts=found.doubts,
         notes=found.notes,
+        redrawn=found.redrawn,
         columns={name: np.atleast_1d(np.asarray(each, float)) for name, each in numbers.items()},
         surroundings={
             each.name: (each.unit, each.value, each.deviation)

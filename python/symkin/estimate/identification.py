@@ -285,6 +285,17 @@ def _needs_joint(
     noise: NoiseSettings | str | None,
 ) -> str:
     """Why the legs cannot be identified one by one; empty if they can."""
+    if reason := why_together(mechanism, wanted, noise):
+        return reason
+    if mechanism.frames is not None:
+        return "the mechanism has frames, in which the poses are measured"
+    return measurements.incomplete_because
+
+
+def why_together(
+    mechanism: Mechanism, wanted: Mapping[str, Any], noise: NoiseSettings | str | None
+) -> str:
+    """Why the legs cannot be identified one by one, whatever was measured; empty if they can."""
     if mechanism.not_leg_by_leg:
         return mechanism.not_leg_by_leg
     further = unusual(wanted)
@@ -296,11 +307,7 @@ def _needs_joint(
         return "the noise differs along the device's direction"
     if (noise or mechanism.noise).per_metre:
         return "the noise grows with the distance from the device"
-    if mechanism.frames is not None:
-        return "the mechanism has frames, in which the poses are measured"
-    if mechanism.curvature is not None:
-        return "the sensors are curved"
-    return measurements.incomplete_because
+    return "the sensors are curved" if mechanism.curvature is not None else ""
 
 
 @checks()

@@ -47,6 +47,8 @@ from symkin.show.wording import (
 from symkin.show.workspace import workspace_section
 
 _OF_THE_DEVICE = ("held-as-exact", "unseen")  # notes of what a simulated one has not
+_SHARED = "cause-shared"
+_REDRAWN = "if that is so, identify all again from corrected.toml, the drawing so corrected"
 _TOLD = 5  # of a fleet's doubts, and robots of each
 
 
@@ -228,8 +230,9 @@ def fleet_page(fleet: Fleet) -> Page:
         verdict=verdict,
         judgement=judgement,
         doubts=tuple(_doubts_of(fleet)),
+        next_step="" if fleet.redrawn is None else _REDRAWN,
         paragraphs=[f"It took {seconds}: {significant(fleet.robots_per_second)} robots a second."],
-        notes=tuple(map(str, fleet.notes)),
+        notes=tuple(str(each) for each in fleet.notes if each.code != _SHARED),
         sections=[
             *([Section("robots", "Robots to look at", [], [table])] if rows else []),
             *_workshop(fleet),
@@ -249,18 +252,23 @@ def _residuals_of(fleet: Fleet) -> Iterator[Headline]:
 
 def _doubts_of(fleet: Fleet) -> Iterator[str]:
     """What speaks against robots, those together against which the same does."""
-    robots: dict[str, list[str]] = {}
+    yield from (str(each) for each in fleet.notes if each.code == _SHARED)
+    kinds: dict[tuple[object, ...], list[tuple[str, str]]] = {}
     for robot, failure, doubts in zip(fleet.robots, fleet.failures, fleet.doubts, strict=True):
         if failure:
-            robots.setdefault(f" failed: {failure}", []).append(robot)
+            kinds.setdefault((failure,), []).append((robot, f" failed: {failure}"))
         for doubt in doubts:
             causes = ", or as well: ".join(each.words for each in (doubt, *doubt.others))
             said = f"likely cause: {causes}" if doubt.is_cause else causes
             remedy = "" if doubt.others else doubt.remedy
-            robots.setdefault(f": {'; '.join(filter(None, (said, remedy)))}", []).append(robot)
-    told = sorted(robots.items(), key=lambda each: -len(each[1]))
-    for said, who in told[:_TOLD]:
-        yield f"{few(who, _TOLD)}{said}"
+            said = f": {'; '.join(filter(None, (said, remedy)))}"
+            alike = (doubt.code, doubt.legs, doubt.is_cause, len(doubt.others), len(doubt.then))
+            kinds.setdefault(alike, []).append((robot, said))
+    told = sorted(kinds, key=lambda kind: (kind[0] == "not-examined", -len(kinds[kind])))
+    for kind in told[:_TOLD]:
+        who, words = zip(*kinds[kind], strict=True)
+        of_whom = "" if len({*words}) == 1 else f" (of {who[0]}; the others alike)"
+        yield f"{few(who, _TOLD)}{words[0]}{of_whom}"
     if len(told) > _TOLD:
         yield f"{len(told) - _TOLD} more; the table says them"
 

@@ -45,6 +45,7 @@ TableSource = str | os.PathLike[str] | IO[str] | IO[bytes] | Mapping[str, Any] |
 WRITTEN_UNITS: ContextVar[Mapping[str, str]] = ContextVar("written units", default={})  # noqa: B039
 _PARQUET = (".parquet", ".pq")
 _SPECIAL = frozenset(',"\r\n')  # of CSV
+_WORKBOOKS = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0")  # .xlsx and .ods, and .xls
 GZIP = b"\x1f\x8b"  # how what it has compressed begins
 UNDECOMPRESSED = (OSError, EOFError, zlib.error)
 _UTF16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
@@ -532,6 +533,8 @@ def csv_columns(read: _core.CsvTable) -> list[tuple[str, _Column]]:
 
 def utf8(data: bytes, error: Callable[[str], MeasurementError]) -> bytes:
     """Return the text with plain spaces; what is ASCII stays where it is."""
+    if data.startswith(_WORKBOOKS):
+        raise error("is a workbook of a spreadsheet, or another archive; save it as CSV")
     if data.isascii():
         return data
     try:

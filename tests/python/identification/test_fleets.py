@@ -119,6 +119,85 @@ def test_of_many_doubtful_robots_the_first_are_looked_into(mechanism, robots, mo
     assert [doubt.code for doubt in second] == ["not-examined"]
 
 
+def test_a_cause_that_most_robots_have_is_told_once_with_the_drawing_that_mends_it(
+    mechanism, robots, tmp_path, capsys
+):
+    zero = list(mechanism.parameter_names).index("sensor_offset")
+    moved = mechanism.parameters.copy()
+    moved[1, zero] += 0.05
+    other = mechanism.replace(symmetry=None).with_parameters(moved)
+    found = symkin.identify_many(other, robots)
+    (note,) = (note for note in found.notes if note.code == "cause-shared")
+    assert note.legs == (1,)
+    assert note.figures["count"] == len(robots)
+    assert found.redrawn is not None
+    assert np.abs(found.redrawn.parameters - mechanism.parameters).max() < 0.005
+    assert set(symkin.identify_many(found.redrawn, robots).verdicts) == {"fits"}
+    assert found.text().count("likely cause") == 1
+    table, drawing = tmp_path / "all.csv", tmp_path / "moved.toml"
+    columns = [measurement_columns(each, mechanism) for each in robots.values()]
+    named = {"robot": np.repeat([*robots], [len(each) for each in robots.values()])}
+    joined = {name: np.concatenate([each[name] for each in columns]) for name in columns[0]}
+    write_table(table, named | joined)
+    symkin.save_mechanism(other, drawing)
+    out = tmp_path / "out"
+    assert main(["identify-batch", str(drawing), str(table), "--out", str(out)]) == 0
+    assert "corrected.toml" in capsys.readouterr().out
+    again = symkin.identify_many(str(out / "corrected.toml"), str(table))
+    assert set(again.verdicts) == {"fits"}
+    # Of robots with causes of their own there is none that they share.
+    swapped = {
+        name: dataclasses.replace(each, readings=each.readings[:, order])
+        for (name, each), order in zip(
+            robots.items(), ([1, 0, 2], [0, 2, 1], [2, 1, 0], [0, 1, 2]), strict=False
+        )
+    }
+    own = symkin.identify_many(mechanism, swapped)
+    assert own.redrawn is None
+    assert "cause-shared" not in {note.code for note in own.notes}
+
+
+def test_robots_that_hardly_show_a_parameter_are_doubted_where_it_matters(monkeypatch):
+    drawn = symkin.load("5bar")
+    exact = drawn.replace(tolerances=dataclasses.replace(drawn.tolerances, gain=1e-5))
+    plan = exact.plan(9, candidates=1000, spares=0)
+    thin = {f"{seed}": exact.simulate(plan, seed).measurements for seed in range(1, 9)}
+    alone = [symkin.identify(exact, each) for each in thin.values()]
+    for each in alone:
+        assert "parameters-unneeded" in {note.code for note in each.notes}
+    monkeypatch.setattr("symkin.estimate.fleet_doubts._EXAMINED", 2)
+    found = symkin.identify_many(exact, thin)
+    trusted = ["fits" if each.trustworthy else "doubtful" for each in alone]
+    assert list(found.verdicts) == trusted == ["fits"] * 8
+
+
+def test_robots_whose_poses_are_not_whole_are_identified_together(mechanism, robots):
+    def without(measured, rows):
+        poses = np.array(measured.poses)
+        poses[rows, 2] = np.nan
+        return dataclasses.replace(measured, poses=poses)
+
+    positions = {name: without(each, slice(None)) for name, each in robots.items()}
+    found = symkin.identify_many(mechanism, positions)
+    assert found.options.estimator == "joint"
+    alone = symkin.identify(mechanism, positions["robot 2"])
+    np.testing.assert_array_equal(found.parameters[1], alone.mechanism.parameters)
+    assert found.doubts[1] == alone.doubts
+    some = robots | {"robot 2": without(robots["robot 2"], 3)}
+    by_leg = symkin.identify_many(mechanism, some)
+    assert by_leg.verdicts.count("failed") == 1
+    assert "has no measured phi" in by_leg.failures[1]
+    assert '"joint"' in by_leg.failures[1]
+    both = symkin.identify_many(mechanism, some, "joint")
+    whole = symkin.identify_many(mechanism, robots, "joint")
+    assert set(both.verdicts) == {"fits"}
+    np.testing.assert_array_equal(both.parameters[[0, 2]], whole.parameters[[0, 2]])
+    alone = symkin.identify(mechanism, some["robot 2"])
+    np.testing.assert_array_equal(both.parameters[1], alone.mechanism.parameters)
+    with pytest.raises(SymkinError, match='"implicit" looks at each leg by itself'):
+        symkin.identify_many(mechanism, positions, "implicit")
+
+
 def test_an_estimate_that_is_no_mechanism_fails(mechanism, robots):
     names = list(mechanism.parameter_names)
     other = mechanism.parameters.copy()

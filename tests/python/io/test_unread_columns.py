@@ -105,3 +105,16 @@ def test_evaluations_and_fleets_tell_columns_without_use_too(paper, columns, tmp
     assert words in " ".join(capsys.readouterr().out.split())
     assert main(["identify-batch", "3RRR", str(file)]) == 0
     assert words in " ".join(capsys.readouterr().out.split())
+
+
+def test_a_column_of_serial_numbers_is_no_column_of_one_robot(paper, columns):
+    half = len(columns["x_m"]) // 2
+    names = np.repeat(["0007", "0008"], [half, len(columns["x_m"]) - half])
+    for name in ("serial", "Serial No", "SN"):
+        table = {name: names, **columns}
+        with pytest.raises(MeasurementError, match="2 different names") as refused:
+            symkin.identify(paper, table)
+        assert "identify-batch" in str(refused.value)
+        left_out = symkin.read_measurements(table, paper, ignore=[name])
+        assert len(left_out) == len(names)
+    assert len(symkin.read_measurements({"serial": ["1"] * len(names), **columns}, paper))

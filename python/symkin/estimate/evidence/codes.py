@@ -349,6 +349,11 @@ NOTES: Mapping[str, Code] = {
         "{words}, so that the whole table was held in memory; sorted by robot, it is read a part "
         "at a time"
     ),
+    "cause-shared": Code(
+        "{count} of {examined} doubtful robots that were looked into have one cause, of which it "
+        "is typical that {words}: it may be of the drawing, of a fixture or of the table rather "
+        "than of robots; correct it once, and identify all again"
+    ),
     "screened": Code(
         "A robot that fits passed the tests of noise and tolerance; symkin identify makes more of "
         "a single one, as were made here of those that did not pass."
