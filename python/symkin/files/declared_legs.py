@@ -223,10 +223,18 @@ def _filled(leg: _Values, chains: Sequence[str], reading: int, *, own: bool) -> 
         elif name.startswith("sensor_") and {*value} <= {*joints}:
             given[name] = value.get(joints[reading], given[name])
         else:
-            given |= {f"{name}_{each}": number for each, number in value.items()}
+            given |= _flat(name, value)
     if own:
         given["chain"] = chains[reading]
     return given
+
+
+def _flat(name: str, value: Any) -> _Values:
+    """The numbers of a transform, or of the transforms of a rod, by their names in results."""
+    if not isinstance(value, dict) or "value" in value:
+        return {name: value}
+    parts = (_flat(f"{name}_{each}", number) for each, number in value.items())
+    return {key: number for part in parts for key, number in part.items()}
 
 
 def declared_leg(

@@ -82,3 +82,26 @@ def test_readings_with_tilts_are_as_many_as_the_platform_moves_and_say_nothing(
     ):
         with pytest.raises(NotIdentifiableError, match="some pose explains any"):
             nothing()
+
+
+def test_a_leg_may_give_its_rod_as_it_is_declared(robot: symkin.Mechanism, tmp_path: Path) -> None:
+    kept, _ = FILE.read_text().split("[symmetry]")
+    rest = FILE.read_text()[FILE.read_text().index("[workspace]") :]
+    made = []
+    for form in (
+        "cable = {{ at = {{ x = {}, y = {}, z = {} }}, end = {{ x = {}, y = {}, z = {} }} }}",
+        "cable_at = {{ x = {}, y = {}, z = {} }}\ncable_end = {{ x = {}, y = {}, z = {} }}",
+    ):
+        names = [f"cable_{end}_{axis}" for end in ("at", "end") for axis in "xyz"]
+        numbers = [[leg.parameters[name] for name in names] for leg in robot.legs]
+        legs = "\n".join("[[legs]]\n" + form.format(*each) for each in numbers)
+        path = tmp_path / "listed.toml"
+        path.write_text(kept + legs + "\n\n" + rest)
+        made.append(symkin.load_mechanism(path))
+    first, second = made
+    np.testing.assert_array_equal(first.parameters, second.parameters)
+    assert first.legs[2].parameters["cable_end_y"] == robot.legs[2].parameters["cable_end_y"]
+    path.write_text(path.read_text().replace("cable_at = { x", "cable = { att = { x", 1))
+    path.write_text(path.read_text().replace("}\ncable_end", "} }\ncable_end", 1))
+    with pytest.raises(SymkinError, match="did you mean"):
+        symkin.load_mechanism(path)
