@@ -17,6 +17,7 @@ __all__ = ["Kinematics"]
 # Newton's, from a straight sensor's reading to a curved one's.
 _STEPS = 20
 _MISSED = 1e-9
+_STRAYED = 10  # as far from closing as other poses: the least of squares, but not the least of all
 
 
 class Kinematics:
@@ -112,7 +113,8 @@ class Kinematics:
             In the sensor's unit.
         start : array_like, shape (coordinates,) or (N, coordinates), optional
             Where to start, whose aspect is the one that counts. By default home, and where that
-            does not lead to a pose the nearest readings that have one, which are continued from.
+            does not lead to a pose the nearest readings that have one, which are continued from,
+            and so where more legs than the freedoms close much worse than at other readings.
 
         Returns
         -------
@@ -124,11 +126,27 @@ class Kinematics:
         begin = self.home if start is None else start
         straight = self.straightened(readings)
         result = _core.forward_kinematics(self.straight, straight, self._poses(begin))
-        if start is not None or result.converged.all():
+        if start is not None or not len(straight):
             return result.poses, result.converged
         known = np.where(result.converged[:, None], result.poses, np.nan)
+        open_by = self._open_by(known, straight)
+        known[open_by > max(_STRAYED * float(np.median(open_by)), _MISSED)] = np.nan
+        if np.isfinite(known).all():
+            return result.poses, result.converged
         poses = _core.continued(self.straight, straight, self.home, known)
+        stays = result.converged & ~(self._open_by(poses, straight) <= open_by)
+        poses[stays] = result.poses[stays]
         return poses, np.asarray(np.isfinite(poses).all(axis=1))
+
+    def _open_by(self, poses: Array, straight: Array) -> Array:
+        """How far more legs than the freedoms are from closing, m, shape (N,); of fewer 0."""
+        found = np.zeros(len(poses))
+        if self.straight.redundant:
+            for leg in range(straight.shape[1]):
+                read = np.ascontiguousarray(straight[:, leg])
+                closures = _core.closure(self.straight, leg, poses, read)
+                found += np.square(closures).reshape(len(poses), -1).sum(axis=1)
+        return np.where(np.isnan(poses).any(axis=1), np.inf, np.sqrt(found))
 
     @property
     def open_coordinates(self) -> tuple[str, ...]:

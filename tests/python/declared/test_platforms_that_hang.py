@@ -105,3 +105,39 @@ def test_a_leg_may_give_its_rod_as_it_is_declared(robot: symkin.Mechanism, tmp_p
     path.write_text(path.read_text().replace("}\ncable_end", "} }\ncable_end", 1))
     with pytest.raises(SymkinError, match="did you mean"):
         symkin.load_mechanism(path)
+
+
+SEVEN = """schema = 1
+chain = "cable"
+[chains.cable]
+rods = [{ name = "cable", from = "base", at = { x = 0, y = 0, z = 0 }, to = "platform", end = { x = 0, y = 0, z = 0 }, length = "[q]" }]
+[workspace]
+x = [-0.5, 0.5]
+y = [-0.5, 0.5]
+z = [0.7, 1.3]
+tilt = 0.15
+home = [0, 0, 1, 0, 0, 0]
+conditioning_limit = 40
+"""  # noqa: E501
+CABLES = [
+    ((2, 2, 2), (-0.12, 0.256, 0.1)),
+    ((-2, 2, 2.1), (-0.256, -0.12, 0.1)),
+    ((-2, -2, 2), (0.12, -0.256, 0.1)),
+    ((2, -2, 1.9), (0.256, 0.12, 0.1)),
+    ((2, 0, 0), (0.129, -0.153, -0.1)),
+    ((-1.8, 1, 0), (-0.052, 0.217, -0.1)),
+    ((-1, -1.9, 0), (-0.217, -0.052, -0.1)),
+]
+
+
+def test_more_cables_than_freedoms_stray_to_no_pose_that_closes_worse(tmp_path: Path) -> None:
+    numbers = "x = {}, y = {}, z = {}"
+    leg = f"[[legs]]\ncable = {{{{ at = {{{{ {numbers} }}}}, end = {{{{ {numbers} }}}} }}}}\n"
+    path = tmp_path / "seven.toml"
+    path.write_text(SEVEN + "".join(leg.format(*at, *end) for at, end in CABLES))
+    robot = symkin.load_mechanism(path)
+    poses = symkin.sample_workspace(robot, 600, seed=2).poses
+    noise = 1e-4 * np.random.default_rng(1).normal(size=(len(poses), len(CABLES)))
+    found, converged = robot.forward_kinematics(robot.inverse_kinematics(poses) + noise)
+    assert converged.all()
+    assert np.linalg.norm((found - poses)[:, :3], axis=1).max() < 0.01
