@@ -10,6 +10,7 @@ from symkin.data.columns import has_observed_columns, is_present
 from symkin.data.foreign import names_robots
 from symkin.model.poses import POSE_SPACES
 from symkin.model.settings import MeasurementColumns
+from symkin.shell import typed_word
 from symkin.storage.quantities import is_unit
 from symkin.storage.tables import Table
 
@@ -52,7 +53,7 @@ def refuse_what_is_missed(
                 raise table.error(
                     f'column "{name}" is not read, and no column holds the {what}; name it '
                     f'"{stem}" with its unit, such as "{stem}_{unit}", if that is what it holds, '
-                    f'or say that it is left out (--ignore {name}, in Python ignore=["{name}"])'
+                    f"or say that it is left out ({_ignored(name)})"
                 )
 
 
@@ -65,8 +66,12 @@ def refuse_many_robots(table: Table, unread: Sequence[str]) -> None:
                 f'column "{name}" is not read, and has {count} different names: if these are '
                 f'robots, call it "robot" (or in a mapping robot = "{name}") and identify them by '
                 "symkin identify-batch, in Python by identify_many; if all rows are of one, leave "
-                f'it out (--ignore {name}, in Python ignore=["{name}"])'
+                f"it out ({_ignored(name)})"
             )
+
+
+def _ignored(name: str) -> str:
+    return f'--ignore {typed_word(name)}, in Python ignore=["{name}"]'
 
 
 def _gaps(

@@ -115,6 +115,8 @@ def test_a_column_of_serial_numbers_is_no_column_of_one_robot(paper, columns):
         with pytest.raises(MeasurementError, match="2 different names") as refused:
             symkin.identify(paper, table)
         assert "identify-batch" in str(refused.value)
+        quoted = f"'{name}'" if " " in name else name
+        assert f"--ignore {quoted}, in Python" in str(refused.value)
         left_out = symkin.read_measurements(table, paper, ignore=[name])
         assert len(left_out) == len(names)
     assert len(symkin.read_measurements({"serial": ["1"] * len(names), **columns}, paper))
