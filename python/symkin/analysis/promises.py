@@ -53,6 +53,8 @@ class ExpectedAccuracy(Value):
     up_to_turn : bool
         Whether those of the orientation are what no other turn of the platform's frame would take
         away, since of an unknown target only the place is observed.
+    of : str or None
+        The coordinates that those of the position are of, such as "z" or "height"; None: of all.
     """
 
     position: float = field(unit="rms_m")
@@ -66,6 +68,7 @@ class ExpectedAccuracy(Value):
     orientation_anywhere: float | None = field(unit="rad", default=None)
     up_to_frames: bool = False
     up_to_turn: bool = False
+    of: str | None = None
 
 
 def promised(

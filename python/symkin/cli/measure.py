@@ -34,8 +34,9 @@ from symkin.guided import Session
 from symkin.guided.device import Device, Failed
 from symkin.guided.simulated import SimulatedDevice
 from symkin.options import Coordinates
-from symkin.show.entering import KEYS, TOUCHING, entries_of, obeyed, touches
+from symkin.show.entering import KEYS, QUIT, TOUCHING, entries_of, obeyed, quits, touches
 from symkin.show.guided import (
+    GOES_ON,
     WIDTH,
     ask_text,
     begun_text,
@@ -52,6 +53,7 @@ from symkin.show.units import in_units
 _NOT_YET = 1
 _HOST, _PORT = "127.0.0.1", 8000
 _TOKEN = "page.token"
+_HELP = ("?", "h", "help")
 _STRANGE, _PATIENCE = 20.0, 6  # sigma, and rows in turn that are off by so much with a device
 
 
@@ -160,7 +162,11 @@ def measure(
         elif serve:
             _by_page(session, host, port, out)
         else:
-            _by_hand(session, tell)
+            try:
+                _by_hand(session, tell)
+            except KeyboardInterrupt:
+                tell(f"\n{GOES_ON}")
+                raise
         found = session.progress
         if as_json:
             print_json({"command": "measure", **found.to_dict()})
@@ -237,8 +243,13 @@ def _token(path: Path) -> str:
     return token
 
 
+def _keys() -> str:
+    keys = ", ".join(f"{key} {what}" for key, what in KEYS.items())
+    return f"Enter the row; {keys}, {QUIT} quit"
+
+
 def _by_hand(session: Session, tell: _Screen) -> None:
-    tell(f"Enter the row; {', '.join(f'{key} {what}' for key, what in KEYS.items())}, q quit")
+    tell(_keys())
     if touches(session):
         tell("\n".join(textwrap.wrap(TOUCHING, WIDTH)))
     for ask in session:
@@ -252,8 +263,11 @@ def _by_hand(session: Session, tell: _Screen) -> None:
         while not done:
             tell(prompt)
             line = sys.stdin.readline()
-            if not line or line.strip().lower() == "q":
+            if not line or quits(line):
                 return
+            if line.strip().lower() in _HELP:
+                tell(_keys())
+                continue
             try:
                 told = obeyed(session, line) if line.strip() else ""
                 if commanded and not line.strip() and not session.refresh():

@@ -468,7 +468,7 @@ class Survey(Value):
         forms, known = (position, orientation), (confidence, noise_degrees)
         found = promised(forms, covariance, (counts[0], counts[1]), *known)
         found = dataclasses.replace(
-            found, up_to_frames=self.floating, up_to_turn=self.turned_anyhow
+            found, up_to_frames=self.floating, up_to_turn=self.turned_anyhow, of=of
         )
         if anywhere is None:
             return found

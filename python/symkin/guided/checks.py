@@ -295,7 +295,7 @@ def edits_of(row: Mapping[str, float], robot: Mechanism) -> Iterator[tuple[str, 
                for unit, names in others.items() if names]  # fmt: skip
     groups += [(name.rpartition("_")[0], [name], name.rpartition("_")[2]) for name in row]
     factors = {
-        "m": (("mm", 1e-3), ("m", 1e3)),
+        "m": (("mm", 1e-3), ("m", 1e3), ("inches", 25.4)),  # typed where mm were asked for
         "rad": (("degrees", _DEGREES), ("radians", 1 / _DEGREES)),
     }
     for what, names, unit in groups:

@@ -16,6 +16,8 @@ from symkin.show.units import on_paper
 from symkin.show.wording import plural
 
 KEYS = {"s": "skip", "o": "occluded", "a": "avoid region", "r": "repeat", "u": "undo"}
+QUIT = "q"
+_QUITTING = (QUIT, "quit", "exit")
 _DECIDING = ("t", "d", "k")
 _NOT_SEEN = ("-", "?")
 _READING, _HEIGHT, _TOUCHED = "psi_", "height_m", "touched_m"
@@ -23,6 +25,11 @@ TOUCHING = (
     "A height is the tool's above the bed, with the readings there. Of a probe that touches it is "
     "0: enter the readings and 0, or as z 0.12 what the controller says of z there, by the drawing."
 )
+
+
+def quits(line: str) -> bool:
+    """Whether a line says that no more is entered now."""
+    return line.strip().lower() in _QUITTING
 
 
 class Entry(NamedTuple):
@@ -172,7 +179,7 @@ def _row(line: str, entries: Sequence[Entry]) -> dict[str, float]:
     measured = [entry for entry in entries if not entry.is_reading]
     given = entries if len(parts) == len(entries) else measured
     if len(parts) == 1 and parts[0] not in _NOT_SEEN and not re.search(r"\d", parts[0]):
-        keys = ", ".join((*KEYS, *_DECIDING))
+        keys = ", ".join((*KEYS, *_DECIDING, QUIT))
         raise SymkinError(f'"{parts[0]}" is no key and no row; expected {keys}, or numbers')
     if len(parts) != len(given):
         names = ", ".join(f"{entry.name} {entry.unit}".strip() for entry in entries)

@@ -23,6 +23,7 @@ from symkin.values import Array
 
 _COORDINATES = {"height": "height above the bed"}
 _BAR = 26
+GOES_ON = "Every row is saved; the same command goes on."
 WIDTH = 79  # of a terminal; pages break lines themselves
 _NAMED = 3
 _FAR = 5.0  # sigma, of rows that are not called fitting
@@ -271,7 +272,15 @@ def end_text(session: Session, progress: Progress, width: int = WIDTH) -> str:
         more = "" if session.noise is None else f" --noise {session.noise}"
         if progress.confidence != OPTIONS["confidence"].default:
             more += f" --confidence {progress.confidence:g}"
+        text += [GOES_ON] * (not (progress.reached or progress.never))
         text += ["", f"symkin identify {files}{more} --out calibrated"]
+        if session.target.of is not None:
+            text += _filled(
+                f"What identify expects of errors is of the whole position, not of the "
+                f"{_named(session, 'position')} alone.",
+                0,
+                width,
+            )
     return "\n".join(text)
 
 

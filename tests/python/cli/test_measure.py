@@ -39,13 +39,35 @@ def test_a_device_is_asked_until_the_accuracy_is_reached(symkin, tmp_path):
     assert (again.code, again.out.splitlines()[-4:]) == (0, done.out.splitlines()[-4:])
 
 
+def test_who_asks_is_told_the_keys_and_who_leaves_how_it_goes_on(symkin, tmp_path, typed):
+    typed("-362.1 -126.2 6.1", "?", "help", "quit", "10.5 20.5 3")
+    done = symkin("measure", "3RRR", "--accuracy", "0.1mm", "--out", tmp_path, *FEW)
+    assert done.code == 1
+    assert done.out.count("Enter the row; s skip") == 3
+    assert "Not yet: 1 row" in done.out
+    assert "Every row is saved; the same command goes on." in done.out
+
+
+def test_ctrl_c_says_how_it_goes_on(symkin, tmp_path, monkeypatch):
+    class Interrupted:
+        def readline(self):
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(sys, "stdin", Interrupted())
+    done = symkin("measure", "3RRR", "--accuracy", "0.1mm", "--out", tmp_path, *FEW)
+    assert done.code == 130
+    assert "Every row is saved; the same command goes on." in done.out
+
+
 def test_rows_are_typed_in_the_units_of_the_prompt(symkin, tmp_path, typed):
     typed("-362.1 -126.2 6.1", "s", "bad", "1,2", "o", "10.5;20,5;3 1 2 3", "u", "q")
     done = symkin("measure", "3RRR", "--accuracy", "0.1mm", "--out", tmp_path, *FEW)
     assert done.code == 1
     assert "Not yet: 1 row" in done.out
     assert "2 values entered; expected 3 or 6: x mm, y mm" in done.words
-    assert '"bad" is no key and no row; expected s, o, a, r, u, t, d, k, or numbers' in done.words
+    assert (
+        '"bad" is no key and no row; expected s, o, a, r, u, t, d, k, q, or numbers' in done.words
+    )
     assert "Row 4 is taken back." in done.out
     lines = (tmp_path / "measured.csv").read_text().splitlines()
     assert [line.split(",")[3] for line in lines[1:]] == [

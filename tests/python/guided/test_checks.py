@@ -38,6 +38,10 @@ def run(robot, spoil, actual=None, rows=40):
             lambda row: row | {"psi_1_rad": row["psi_3_rad"], "psi_3_rad": row["psi_1_rad"]},
             "the readings of legs 1 and 3 exchanged",
         ),
+        (
+            lambda row: row | {name: row[name] / 25.4 for name in ("x_m", "y_m")},
+            "x, y in inches",  # typed where mm were asked for
+        ),
     ],
 )
 def test_a_slip_of_the_hand_is_seen_at_once_and_named(robot, spoil, likely):

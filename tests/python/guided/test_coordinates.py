@@ -44,6 +44,10 @@ def test_heights_alone_reach_an_accuracy_of_the_height_above_the_bed(delta, done
     found = symkin.identify(done.folder / "robot.toml", done.folder / "measured.csv")
     told = found.expected_accuracy(bed, of="height")
     assert told.position_bound == pytest.approx(done.progress.position_bound, rel=0.1)
+    assert (told.of, found.expected_accuracy(bed).of) == ("height", None)
+    assert "not of the height above the bed alone" in " ".join(
+        end_text(done, done.progress).split()
+    )
     assert found.expected_accuracy(bed).position_bound > 10 * ACCURACY  # x and y are not shown
 
 
