@@ -73,6 +73,27 @@ void weighted_square_of(const RowMatrix& matrix, const Vector& weights, const Ve
   }
 }
 
+constexpr Index kTogether = 4;  // rows whose products are read at once
+
+// to -= each of `count` rows, of length `width` and n apart, times its factor.
+void take_rows(const double* factors, Index stride, Index count, const double* rows, Index n,
+               Index width, double* __restrict to) {
+  if (count == kTogether) {
+    const double f[] = {factors[0], factors[stride], factors[2 * stride], factors[3 * stride]};
+    for (Index j = 0; j < width; ++j) {
+      to[j] = to[j] - f[0] * rows[j] - f[1] * rows[n + j] - f[2] * rows[2 * n + j] -
+              f[3] * rows[3 * n + j];
+    }
+    return;
+  }
+  for (Index k = 0; k < count; ++k) {
+    const double factor = factors[k * stride];
+    for (Index j = 0; j < width; ++j) {
+      to[j] -= factor * rows[k * n + j];
+    }
+  }
+}
+
 }  // namespace
 
 SymmetricEigen symmetric_eigen(const RowMatrix& matrix) {
@@ -108,23 +129,31 @@ void ScaledCholesky::compute(const RowMatrix& matrix, double damping) {
     factor_(i, i) += damping;
   }
   least_pivot_ = std::numeric_limits<double>::infinity();
-  // Column by column, each taken from the rest at once: sums of products one by one would wait for
+  // Columns side by side, taken from the rest at once: sums of products one by one would wait for
   // each other. The mirror has a column's numbers side by side.
-  for (Index k = 0; k < n; ++k) {
-    double* const column = factor_.data() + k * n;
-    const double pivot = column[k];
-    if (!(pivot > 0)) {
-      least_pivot_ = 0;
-      return;
-    }
-    least_pivot_ = std::min(least_pivot_, pivot);
-    column[k] = 1 / std::sqrt(pivot);
-    for (Index i = k + 1; i < n; ++i) {
-      double* __restrict row = factor_.data() + i * n;
-      const double value = row[k] = column[i] = row[k] * column[k];
-      for (Index j = k + 1; j <= i; ++j) {
-        row[j] -= value * column[j];
+  for (Index first = 0; first < n; first += kTogether) {
+    const Index end = std::min(first + kTogether, n);
+    for (Index k = first; k < end; ++k) {
+      double* const column = factor_.data() + k * n;
+      const double pivot = column[k];
+      if (!(pivot > 0)) {
+        least_pivot_ = 0;
+        return;
       }
+      least_pivot_ = std::min(least_pivot_, pivot);
+      column[k] = 1 / std::sqrt(pivot);
+      for (Index i = k + 1; i < n; ++i) {
+        double* const row = factor_.data() + i * n;
+        const double value = row[k] = column[i] = row[k] * column[k];
+        for (Index j = k + 1; j < std::min(end, i + 1); ++j) {
+          row[j] -= value * column[j];
+        }
+      }
+    }
+    for (Index i = end; i < n; ++i) {
+      double* const row = factor_.data() + i * n;
+      take_rows(row + first, 1, end - first, factor_.data() + first * n + end, n, i + 1 - end,
+                row + end);
     }
   }
 }
@@ -161,26 +190,26 @@ double ScaledCholesky::inverse_form(const Vector& vector) const {
   return half.squaredNorm();
 }
 
-// Row by row.
 RowMatrix ScaledCholesky::inverse() const {
   const Index n = scale_.size();
   RowMatrix half = RowMatrix::Zero(n, n);  // the factor's inverse: its transpose times itself
   for (Index i = 0; i < n; ++i) {
-    for (Index k = 0; k < i; ++k) {
-      half.row(i).head(k + 1) -= factor_(i, k) * half.row(k).head(k + 1);
+    double* const row = half.data() + i * n;
+    for (Index k = 0; k < i; k += kTogether) {
+      const Index end = std::min(k + kTogether, i);
+      take_rows(&factor_(i, k), 1, end - k, half.data() + k * n, n, end, row);
     }
-    half.row(i) *= factor_(i, i);
-    half(i, i) = factor_(i, i);
+    half.row(i).head(i) *= factor_(i, i);
+    row[i] = factor_(i, i);
   }
-  RowMatrix inverse = RowMatrix::Zero(n, n);
-  for (Index k = 0; k < n; ++k) {
-    for (Index i = 0; i <= k; ++i) {
-      inverse.row(i).head(i + 1) += half(k, i) * half.row(k).head(i + 1);
-    }
-  }
+  RowMatrix inverse = RowMatrix::Zero(n, n);  // with the opposite sign until it is scaled
   for (Index i = 0; i < n; ++i) {
+    for (Index k = i; k < n; k += kTogether) {
+      take_rows(&half(k, i), n, std::min(kTogether, n - k), half.data() + k * n, n, i + 1,
+                inverse.data() + i * n);
+    }
     for (Index j = 0; j <= i; ++j) {
-      inverse(i, j) = inverse(j, i) = inverse(i, j) * scale_[i] * scale_[j];
+      inverse(i, j) = inverse(j, i) = -inverse(i, j) * scale_[i] * scale_[j];
     }
   }
   return inverse;

@@ -166,13 +166,14 @@ class LatentElimination {
         }
       }
     }
-    T least(1.0);
-    for (Index j = 0; j < r; ++j) {  // what is left of each variance, over all of it
-      sums[j] = one / lower[j * r + j];
+    constexpr double kSingular = 1e-6, kLost = 1e-10;  // of B, and of a variance
+    auto clear = (singular > T(kSingular)) & (size < T(std::numeric_limits<double>::infinity()));
+    for (Index j = 0; j < r; ++j) {
+      sums[j] = T(kLost) * lower[j * r + j];
     }
     for (Index k = 0; k < r; ++k) {
-      const T pivot = lower[k * r + k], left = pivot * sums[k];
-      least = Lanes<T>::select(left >= least, least, left);  // NaN if it is
+      const T pivot = lower[k * r + k];  // what is left of the variance
+      clear = clear & (pivot > sums[k]);
       const T inverse = one / sqrt(pivot);
       lower[k * r + k] = inverse;
       for (Index i = k + 1; i < r; ++i) {
@@ -184,9 +185,6 @@ class LatentElimination {
         }
       }
     }
-    constexpr double kSingular = 1e-6, kLost = 1e-10;  // of B, and of a variance
-    const auto clear = (singular > T(kSingular)) & (least > T(kLost)) &
-                       (size < T(std::numeric_limits<double>::infinity()));
     for (Index i = 0; i < m; ++i) {
       const Index from = std::max<Index>(own(i), 0);
       for (Index k = from; k < r; ++k) {

@@ -22,27 +22,24 @@ double shortest(const NormalEquations& equations, const Vector& scale, Vector& s
 }  // namespace
 
 double NormalSteps::solve(const NormalEquations& equations, double damping, Vector& step) {
+  damping_ = damping;
   cholesky_.compute(equations.information, damping);
-  if (cholesky_.least_pivot() <= kPoorPivot && damping == 0) {
-    return shortest(equations, cholesky_.scale(), step);
-  }
-  if (cholesky_.least_pivot() <= 0) {
-    return -1;
-  }
-  cholesky_.solve(equations.gradient, step);
-  const double damped =
-      damping == 0 ? 0 : damping * step.cwiseQuotient(cholesky_.scale()).squaredNorm();
-  const double decrease = equations.gradient.dot(step) + damped;
-  step = -step;
-  return decrease;
+  return damping == 0 && poor() ? shortest(equations, cholesky_.scale(), step)
+                                : solve_again(equations.gradient, step);
+}
+
+bool NormalSteps::poor() const {
+  return cholesky_.least_pivot() <= (damping_ == 0 ? kPoorPivot : 0);
 }
 
 double NormalSteps::solve_again(const Vector& gradient, Vector& step) const {
-  if (cholesky_.least_pivot() <= kPoorPivot) {
+  if (poor()) {
     return -1;
   }
   cholesky_.solve(gradient, step);
-  const double decrease = gradient.dot(step);
+  const double damped =
+      damping_ == 0 ? 0 : damping_ * step.cwiseQuotient(cholesky_.scale()).squaredNorm();
+  const double decrease = gradient.dot(step) + damped;
   step = -step;
   return decrease;
 }

@@ -56,7 +56,10 @@ class NormalSteps {
   double solve_again(const Vector& gradient, Vector& step) const;
 
  private:
+  bool poor() const;  // pivots
+
   ScaledCholesky cholesky_;
+  double damping_ = 0;
 };
 
 // What the solver needs beside the problem. Problem after problem in the same room asks for no

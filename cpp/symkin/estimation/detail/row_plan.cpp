@@ -12,6 +12,8 @@ namespace {
 using Kind = LatentRows::Kind;
 
 class Planner {
+  using Column = Eigen::Ref<const Vector, 0, Eigen::InnerStride<>>;
+
  public:
   Planner(PoseSpace space, Index count) : space_(space), axes_(to_index(position_size(space))) {
     std::iota(axes_.begin(), axes_.end(), Index{0});
@@ -114,9 +116,9 @@ class Planner {
   }
 
   // Whether it was taken anywhere.
-  bool add_row(const RowOrigin& origin, const Vector& values, const Vector& deviations) {
+  bool add_row(const RowOrigin& origin, const Column& values, const Column& deviations) {
     const auto taken = values.array().isFinite() && deviations.array().isFinite();
-    if (!taken.any() && origin.kind != RowOrigin::Kind::closure) {
+    if (origin.kind != RowOrigin::Kind::closure && !taken.any()) {
       return false;
     }
     plan.origins.push_back(origin);
@@ -124,7 +126,8 @@ class Planner {
     return true;
   }
 
-  void add_column(const Vector& column) {
+  template <typename Numbers>
+  void add_column(const Numbers& column) {
     variances.conservativeResize(Eigen::NoChange, variances.cols() + 1);
     variances.rightCols<1>() = column;
   }
