@@ -122,6 +122,8 @@ def entered(session: Session, fields: Mapping[str, str]) -> None:
     """
     touched, row = fields.get(_TOUCHED, "").strip(), {}
     if touched and touches(session):
+        if fields.get(_HEIGHT, "").strip():
+            raise SymkinError("a height and where it touched were entered; expected one of them")
         session.add(_touch(session, touched))
         return
     for entry in entries_of(session.asked_columns):

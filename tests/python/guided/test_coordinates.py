@@ -161,6 +161,8 @@ def test_a_page_takes_where_a_probe_touched(delta):
     entered(page, {field["column"]: "-0,25"})
     obeyed(terminal, "z -0.25")
     assert page.measurements.readings == pytest.approx(terminal.measurements.readings)
+    with pytest.raises(SymkinError, match="expected one of them"):
+        entered(page, {field["column"]: "-0,25", "height_m": "0.25"})
     with pytest.raises(SymkinError, match=r'"a" is no number \(z mm\)'):
         obeyed(terminal, "z a")
     robot = symkin.load("3RRR").measure(1e-4, **FEW)
