@@ -18,13 +18,7 @@ namespace symkin {
 namespace {
 
 void check_measurements(const Mechanism& mechanism, const MeasurementSet& measurements) {
-  check_poses(mechanism, measurements.poses);
-  check_readings(mechanism, measurements.poses.rows(), measurements.readings);
-  if (static_cast<Index>(measurements.leg_sets.size()) != measurements.poses.rows()) {
-    throw InvalidInput("leg_sets has " + std::to_string(measurements.leg_sets.size()) +
-                       " entries; expected one a pose, " +
-                       std::to_string(measurements.poses.rows()));
-  }
+  MeasuredRobot::of(mechanism, measurements);
   if (!measurements.poses.allFinite()) {
     throw InvalidInput("a measured pose is not finite");
   }
@@ -33,7 +27,8 @@ void check_measurements(const Mechanism& mechanism, const MeasurementSet& measur
 // The poses and readings that the leg uses.
 void take_data(const Mechanism& mechanism, const MeasurementSet& measurements, Index leg,
                PoseUse use, LegData& data) {
-  rows_of_leg(MeasuredRobot::of(measurements), mechanism.leg_count(), leg, use, data.rows);
+  rows_of_leg(MeasuredRobot::of(mechanism, measurements), mechanism.leg_count(), leg, use,
+              data.rows);
   const auto count = static_cast<Index>(data.rows.size());
   if (count * mechanism.closures() < mechanism.estimated_count(leg)) {
     throw InvalidInput(

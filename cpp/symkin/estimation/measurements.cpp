@@ -2,8 +2,23 @@
 #include "symkin/estimation/measurements.hpp"
 
 #include <cmath>
+#include <string>
+
+#include "symkin/support/error.hpp"
 
 namespace symkin {
+
+MeasuredRobot MeasuredRobot::of(const Mechanism& mechanism, const MeasurementSet& measurements) {
+  const Index count = measurements.poses.rows();
+  check_poses(mechanism, measurements.poses);
+  check_readings(mechanism, count, measurements.readings);
+  if (static_cast<Index>(measurements.leg_sets.size()) != count) {
+    throw InvalidInput("leg_sets has " + std::to_string(measurements.leg_sets.size()) +
+                       " entries; expected one a pose, " + std::to_string(count));
+  }
+  return {count, measurements.poses.data(), measurements.readings.data(),
+          measurements.leg_sets.data()};
+}
 
 void rows_of_leg(const MeasuredRobot& measured, Index legs, Index leg, PoseUse use,
                  std::vector<Index>& rows) {

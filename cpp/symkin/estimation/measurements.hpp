@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "symkin/model/mechanism.hpp"
 #include "symkin/support/types.hpp"
 
 namespace symkin {
@@ -14,17 +15,16 @@ struct MeasurementSet {
   std::vector<Index> leg_sets;  // N: the leg for which the pose was chosen, 0-based; -1: for all
 };
 
-// The same row by row, held by somebody else.
+// The same row by row, held by somebody else. Nothing can check arrays that are given by their
+// addresses.
 struct MeasuredRobot {
   Index count;
   const double* poses;     // count x coordinates
   const double* readings;  // count x legs
   const Index* leg_sets;   // count
 
-  static MeasuredRobot of(const MeasurementSet& measurements) {
-    return {measurements.poses.rows(), measurements.poses.data(), measurements.readings.data(),
-            measurements.leg_sets.data()};
-  }
+  // The measurements outlive it. Throws InvalidInput where their shapes are not the mechanism's.
+  static MeasuredRobot of(const Mechanism& mechanism, const MeasurementSet& measurements);
 };
 
 // Which of the poses a leg uses.

@@ -126,6 +126,21 @@ Shape shape_of(const LossFamily& family, Index conditions, double scale) {
 
 }  // namespace
 
+void LossFamily::check() const {
+  constexpr double kNear = 1e-9;
+  const auto loss = make == nullptr ? nullptr : make(1);
+  if (loss == nullptr) {
+    throw InvalidInput("the loss \"" + name + "\" makes no ceres::LossFunction");
+  }
+  double rho[3];
+  loss->Evaluate(0, rho);
+  if (!(std::abs(rho[0]) < kNear && std::abs(rho[1] - 1) < kNear)) {
+    throw InvalidInput("the loss \"" + name + "\" has rho(0) = " + std::to_string(rho[0]) +
+                       " and rho'(0) = " + std::to_string(rho[1]) +
+                       "; expected 0 and 1, which weighs small residuals as if there were no loss");
+  }
+}
+
 void RobustLoss::check() const {
   for (const auto& [name, value] : {std::pair{"scale", scale}, std::pair{"spread", spread}}) {
     if (!(value >= 0) || !std::isfinite(value)) {
@@ -133,6 +148,9 @@ void RobustLoss::check() const {
                          "; expected a positive number of standard deviations, or 0 for the " +
                          (name == std::string("scale") ? "usual one" : "residuals' own"));
     }
+  }
+  if (any()) {
+    family->check();
   }
 }
 

@@ -34,6 +34,8 @@ struct LossFamily {
   Start start;
   // rho(s) of s = d^2 with rho'(0) = 1 that bends at d = bend: rho(s) = bend^2 rho_1(s / bend^2).
   std::unique_ptr<ceres::LossFunction> (*make)(double bend);
+
+  void check() const;  // throws InvalidInput
 };
 
 // What a fit does with residuals that are no noise.

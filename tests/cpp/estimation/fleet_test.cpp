@@ -30,10 +30,11 @@ std::vector<MeasurementSet> robots(const Mechanism& nominal) {
   return robots;
 }
 
-std::vector<MeasuredRobot> measured(const std::vector<MeasurementSet>& robots) {
+std::vector<MeasuredRobot> measured(const Mechanism& nominal,
+                                    const std::vector<MeasurementSet>& robots) {
   std::vector<MeasuredRobot> all;
   for (const MeasurementSet& robot : robots) {
-    all.push_back(MeasuredRobot::of(robot));
+    all.push_back(MeasuredRobot::of(nominal, robot));
   }
   return all;
 }
@@ -73,8 +74,8 @@ TEST(Fleet, HasARowForEachRobotAsItIsIdentifiedAlone) {
       IdentificationOptions options;
       options.estimator = estimator;
       options.use = use;
-      const Fleet fleet = identify_many(nominal, measured(made), options, 2);
-      const Fleet again = identify_many(nominal, measured(made), options, 1);
+      const Fleet fleet = identify_many(nominal, measured(nominal, made), options, 2);
+      const Fleet again = identify_many(nominal, measured(nominal, made), options, 1);
       EXPECT_EQ(fleet.parameters, again.parameters);
       for (const Index robot : {Index{0}, Index{33}, kRobots - 1}) {
         expect_as_alone(fleet, robot,
@@ -94,7 +95,7 @@ TEST(Fleet, WithALossHasARowForEachRobotAsItIsIdentifiedAlone) {
     IdentificationOptions options;
     options.estimator = estimator;
     options.loss = loss_named("cauchy");
-    const Fleet fleet = identify_many(nominal, measured(made), options, 2);
+    const Fleet fleet = identify_many(nominal, measured(nominal, made), options, 2);
     for (const Index robot : {Index{0}, Index{3}, Index{33}}) {
       const auto i = static_cast<std::size_t>(robot);
       const Identification alone = identify(nominal, made[i], options);
@@ -160,7 +161,7 @@ TEST(Fleet, OfOtherChainsAndDifferentCountsHasARowForEachRobotAsItIsIdentifiedAl
                                     {noisier * 1e-4, noisier * 1e-4, noisier * 1e-5}, seed)
                                .measurements);
         }
-        const Fleet fleet = identify_many(nominal, measured(robots), options);
+        const Fleet fleet = identify_many(nominal, measured(nominal, robots), options);
         for (Index robot = 0; robot < 6; ++robot) {
           expect_as_alone(fleet, robot,
                           identify(nominal, robots[static_cast<std::size_t>(robot)], options));
@@ -175,7 +176,7 @@ TEST(Fleet, IsTheSameWhoeverARobotIsFittedBesideOf) {
   std::vector<MeasurementSet> made = robots(nominal);
   made[5].poses(7, 0) += 0.003;  // takes more steps than the others
   const IdentificationOptions options;
-  const std::vector<MeasuredRobot> all = measured(made);
+  const std::vector<MeasuredRobot> all = measured(nominal, made);
   const Fleet four = identify_many(nominal, {all[3], all[4], all[5], all[6]}, options);
   for (const Index robot : {Index{3}, Index{4}, Index{5}, Index{6}}) {
     const Fleet one = identify_many(nominal, {all[static_cast<std::size_t>(robot)]}, options);
@@ -189,15 +190,27 @@ TEST(Fleet, SaysOfARobotThatFailedWhyAndLeavesTheOthersAlone) {
   const Mechanism nominal = testing::paper_3rrr();
   std::vector<MeasurementSet> made = robots(nominal);
   IdentificationOptions options;
-  const Fleet sound = identify_many(nominal, measured(made), options);
+  const Fleet sound = identify_many(nominal, measured(nominal, made), options);
   made[1].readings.col(1).setConstant(0.3);
   made[2].poses(5, 0) = std::numeric_limits<double>::quiet_NaN();
-  const Fleet fleet = identify_many(nominal, measured(made), options);
+  const Fleet fleet = identify_many(nominal, measured(nominal, made), options);
   EXPECT_NE(fleet.failures[1].find("leg 2 do not show all"), std::string::npos);
   EXPECT_NE(fleet.failures[2].find("not finite"), std::string::npos);
   EXPECT_TRUE(fleet.parameters.middleRows(1, 2).array().isNaN().all());
   EXPECT_EQ(fleet.parameters.row(0), sound.parameters.row(0));
   EXPECT_EQ(fleet.parameters.bottomRows(kRobots - 3), sound.parameters.bottomRows(kRobots - 3));
+}
+
+TEST(Fleet, PointsToArraysOfItsShapesAlone) {
+  const Mechanism nominal = testing::paper_3rrr();
+  const MeasurementSet sound = robots(nominal)[0];
+  EXPECT_NO_THROW(MeasuredRobot::of(nominal, sound));
+  EXPECT_THROW(
+      MeasuredRobot::of(nominal, {sound.poses.leftCols(2), sound.readings, sound.leg_sets}),
+      InvalidInput);
+  EXPECT_THROW(MeasuredRobot::of(nominal, {sound.poses, sound.readings.topRows(5), sound.leg_sets}),
+               InvalidInput);
+  EXPECT_THROW(MeasuredRobot::of(nominal, {sound.poses, sound.readings, {}}), InvalidInput);
 }
 
 }  // namespace

@@ -47,7 +47,8 @@ std::vector<Case> cases() {
 LegData leg_data(const Mechanism& mechanism, const MeasurementSet& measured, Index leg) {
   LegData data{mechanism.model(leg),       mechanism.leg(leg).working_mode,    {}, measured.poses,
                measured.readings.col(leg), mechanism.estimated_parameters(leg)};
-  rows_of_leg(MeasuredRobot::of(measured), mechanism.leg_count(), leg, PoseUse::all, data.rows);
+  rows_of_leg(MeasuredRobot::of(mechanism, measured), mechanism.leg_count(), leg, PoseUse::all,
+              data.rows);
   return data;
 }
 
@@ -70,7 +71,7 @@ LegEstimate fit(const LegData& data, const Vector& start, const IdentificationOp
 
 LegFit fit_in_lanes(const Mechanism& nominal, const MeasurementSet& measured,
                     const IdentificationOptions& options) {
-  const MeasuredRobot robot = MeasuredRobot::of(measured);
+  const MeasuredRobot robot = MeasuredRobot::of(nominal, measured);
   LegFits legs(nominal, 1, options);
   legs.fit(&robot, 1);
   return legs.of(0);

@@ -279,7 +279,7 @@ TEST(MixedEstimation, IdentifiesManyRobotsAsOneByOne) {
   const auto [nominal, workspace] = testing::cranks_and_slider();
   const Robot made = robot(nominal, workspace, 60, {1e-4, 1e-4, 0});
   IdentificationOptions options;
-  const Fleet fleet = identify_many(nominal, {MeasuredRobot::of(made.measured)}, options);
+  const Fleet fleet = identify_many(nominal, {MeasuredRobot::of(nominal, made.measured)}, options);
   const Identification one = identify(nominal, made.measured, options);
   EXPECT_EQ(fleet.failures[0], "");
   const Vector deviations = one.covariance.diagonal().cwiseSqrt();

@@ -130,6 +130,37 @@ TEST(RobustLoss, OfAUsersOwnBendsByTheSameRule) {
   EXPECT_NEAR(bend_of(welsch, 1), 2.9846, 1e-3);
 }
 
+// Of s the share `begin` of least squares.
+class ScaledLoss final : public ceres::LossFunction {
+ public:
+  explicit ScaledLoss(double begin) : begin_(begin) {}
+  void Evaluate(double s, double* rho) const override {
+    rho[0] = begin_ * s;
+    rho[1] = begin_;
+    rho[2] = 0;
+  }
+
+ private:
+  double begin_;
+};
+
+TEST(RobustLoss, RefusesAFunctionThatIsNoLoss) {
+  using Start = LossFamily::Start;
+  using Made = std::unique_ptr<ceres::LossFunction>;
+  const LossFamily families[] = {
+      {"none", Start::two, nullptr},
+      {"null", Start::two, [](double) { return Made(); }},
+      {"zero", Start::two, [](double) -> Made { return std::make_unique<ScaledLoss>(0); }},
+      {"double", Start::two, [](double) -> Made { return std::make_unique<ScaledLoss>(2); }},
+      {"nan", Start::two,
+       [](double) -> Made { return std::make_unique<ScaledLoss>(std::nan("")); }},
+  };
+  for (const LossFamily& family : families) {
+    EXPECT_THROW((RobustLoss{&family}.check()), InvalidInput) << family.name;
+  }
+  EXPECT_NO_THROW((RobustLoss{loss_named("tukey")}.check()));
+}
+
 TEST(RobustLoss, RefusesANameThatThereIsNot) {
   try {
     loss_named("hubre");

@@ -308,7 +308,7 @@ RowMatrix parameters_of(const std::vector<LegFits>& legs, Index robot) {
 
 RowMatrix joint_start(const Mechanism& mechanism, const MeasurementSet& measurements,
                       const IdentificationOptions& options) {
-  const MeasuredRobot robot = MeasuredRobot::of(measurements);
+  const MeasuredRobot robot = MeasuredRobot::of(mechanism, measurements);
   std::vector<LegFits> legs;
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
     legs.emplace_back(mechanism, leg, options).fit(&robot, 1);

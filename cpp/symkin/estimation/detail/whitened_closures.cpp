@@ -12,13 +12,14 @@
 namespace symkin {
 namespace {
 
-std::vector<WhitenedPose> poses_with_legs(const MeasurementSet& measurements,
+std::vector<WhitenedPose> poses_with_legs(const Mechanism& mechanism,
+                                          const MeasurementSet& measurements,
                                           const std::vector<Index>& legs, PoseUse use,
                                           Index closures) {
   std::vector<std::vector<Index>> read(static_cast<std::size_t>(measurements.poses.rows()));
   std::vector<Index> rows;
   for (const Index leg : legs) {
-    rows_of_leg(MeasuredRobot::of(measurements), measurements.readings.cols(), leg, use, rows);
+    rows_of_leg(MeasuredRobot::of(mechanism, measurements), mechanism.leg_count(), leg, use, rows);
     for (const Index row : rows) {
       read[static_cast<std::size_t>(row)].push_back(leg);
     }
@@ -98,7 +99,7 @@ WhitenedClosures whiten_closures(const Mechanism& mechanism, const MeasurementSe
   WhitenedClosures system;
   system.legs = legs;
   system.columns = {0};
-  system.poses = poses_with_legs(measurements, legs, use, closures);
+  system.poses = poses_with_legs(mechanism, measurements, legs, use, closures);
   for (const Index leg : legs) {
     mechanism.model(leg).linearise(mechanism.leg(leg).parameters, measurements.poses,
                                    measurements.readings.col(leg), system.of_legs.emplace_back());
