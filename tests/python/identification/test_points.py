@@ -300,6 +300,33 @@ def test_reflectors_all_as_far_from_each_other_are_in_order():
     assert (orders_of_points(seen, body) == [0, 1, 2]).all()
 
 
+@pytest.mark.parametrize("name", ["hexapod_jugglebot", "3RRR"])
+def test_a_reflector_that_is_loose_is_named_with_its_size(name):
+    robot = nominal_of(name)
+    for seed in range(1, 4):
+        taken = seen(robot, disturb(robot, seed), seed=seed)
+        points = taken.points.copy()
+        points[:, 1] += 6e-5 * np.random.default_rng(seed).standard_normal(points[:, 1].shape)
+        found = symkin.identify(robot, dataclasses.replace(taken, points=points))
+        (doubt,) = found.doubts
+        assert (doubt.code, doubt.figures["whose"]) == ("point-scatters", "point 2")
+        assert doubt.size == pytest.approx(6e-5, rel=0.3)
+
+
+@pytest.mark.parametrize("early", [False, True])
+def test_a_tracker_that_is_worse_in_some_rows_is_told_with_the_row(hexapod, early):
+    for seed in range(1, 4):
+        taken = seen(hexapod, disturb(hexapod, seed), seed=seed)
+        more = 15e-6 * np.sqrt(15) * np.random.default_rng(seed).standard_normal((60, 3, 3))
+        some = (np.arange(60) < 22) == early
+        worse = taken.points + some[:, None, None] * more
+        (doubt,) = symkin.identify(hexapod, dataclasses.replace(taken, points=worse)).doubts
+        assert doubt.code == "rows-scatter"
+        assert abs(doubt.rows[0] - (22 if early else 23)) <= 2
+        assert doubt.size == pytest.approx(4, rel=0.2)
+        assert ("until" if early else "on scatters") in str(doubt)
+
+
 def test_a_tracker_that_moved_is_named_before_a_leg_that_explains_less(hexapod, tracked):
     later = np.arange(60)[:, None, None] >= 31
     by = np.where(later, (3e-4, 1e-4, 2e-4), 0.0)

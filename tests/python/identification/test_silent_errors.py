@@ -899,13 +899,65 @@ def test_play_that_chi_square_does_not_see_is_told():
     assert told >= 6
 
 
+@pytest.mark.parametrize("options", [{}, {"prior": "tolerances"}, {"frames": ["base"]}], ids=str)
+@pytest.mark.parametrize("name", ["3RPS", "rotary_delta"])
+def test_what_scatters_from_a_row_on_is_told_with_the_row(name, options):
+    robot = symkin.load_mechanism(name)
+    size = robot.space.size
+    for seed in range(1, 4):
+        random = np.random.default_rng(seed)
+        taken = at_random(robot, seed).for_all_legs()
+        later = np.arange(len(taken.poses)) >= 25
+        rows = later[:, None] * random.standard_normal(taken.poses.shape)
+        readings = np.array(taken.readings)
+        readings[:, 1] += 6e-4 * rows[:, 0]
+        leg = symkin.identify(robot, replace(taken, readings=readings), **options).doubts[0]
+        assert (leg.code, leg.legs) == ("readings-scatter", (1,))
+        assert leg.size == pytest.approx(6e-4, rel=0.5)
+        poses = np.array(taken.poses)
+        poses[:, :size] += 5 * robot.noise.position * rows[:, :size]
+        device = symkin.identify(robot, replace(taken, poses=poses), **options).doubts[0]
+        assert device.code == "rows-scatter"
+        first = int(taken.row_numbers[25])
+        for told in (leg, device):
+            assert first - 2 <= told.rows[0] <= first + 3
+            assert f"from row {told.rows[0]} on" in str(told)
+
+
+def test_noise_that_is_larger_in_all_rows_is_not_told_of_some():
+    robot = symkin.load_mechanism("3RRR")
+    for seed in range(7):
+        taken = at_random(robot, seed).for_all_legs()
+        more = np.random.default_rng(seed).standard_normal(taken.poses.shape)
+        poses = taken.poses + 1.2 * more * [*(robot.noise.position,) * 2, robot.noise.orientation]
+        codes = {each.code for each in symkin.identify(robot, replace(taken, poses=poses)).doubts}
+        assert "residuals-large" in codes
+        assert "rows-scatter" not in codes
+
+
+def test_play_that_is_seen_in_most_robots_only_from_some_size_on_is_noted_with_that_size():
+    """The likelihood ratio for its size and its leg sees 0.3 mm in two of three robots."""
+    robot = symkin.load_mechanism("5bar")
+    plan = symkin.make_plan(robot, symkin.sample_workspace(robot, 2000, seed=1), seed=1)
+    seen = 0
+    for seed in range(20):
+        taken = symkin.simulate(robot, plan, seed).measurements
+        (note,) = (n for n in symkin.identify(robot, taken).notes if n.code == "unseen")
+        size = float(re.search(r"play of (\S+) rad to either side of leg", str(note))[1])
+        readings = np.array(taken.readings)
+        readings[:, 0] += size * np.random.default_rng(seed).choice([-1, 1], len(readings))
+        seen += not symkin.identify(robot, replace(taken, readings=readings)).trustworthy
+    assert size == pytest.approx(3.8e-4, rel=0.1)
+    assert seen >= 16
+
+
 def test_the_tail_of_a_sum_of_squares_is_that_of_many():
     random = np.random.default_rng(1)
     weights = np.array([5.0, 3.0, 1.0, *(0.2,) * 20])
     sums = np.square(random.standard_normal((400_000, len(weights)))) @ weights
     for probability in (0.05, 1e-3):
         scores = np.sqrt(np.quantile(sums, 1 - probability)) * np.eye(len(weights))[0]
-        told = scatter._Scatter(0, scores, weights).p_value
+        told = scatter._Scatter(None, slice(0, 1), False, scores, weights, 1).p_value
         assert told == pytest.approx(probability, rel=0.1)
 
 

@@ -143,6 +143,7 @@ class Rows:
     by_leg: Array  # n x r x legs: of readings that show 1 more
     by_growth: Array  # n x r
     by_base: Array  # n x r x components
+    by_point: Array  # n x r x points x axes: of places on the platform
     components: tuple[str, ...]
     order: NDArray[np.intp]  # the rows of the measurements
     spare: int
@@ -429,6 +430,12 @@ def rows_of_changes(found: Found, apart: tuple[int, ...]) -> Rows | None:
         if names[i].endswith(_GROWS):
             column[i] = count
     count += any(names[i].endswith(_GROWS) for i in wanted)
+    placed = [i for i, each in enumerate(names) if each.startswith("point")]
+    if any(column[i] < 0 and names[i] in values and values[names[i]].moves for i in placed):
+        placed = []
+    for i in placed:
+        if column[i] < 0:
+            column[i], count = count, count + 1
     seen = observations_of(measured, found.noise, covariates)
     ties = [
         (i, *each)
@@ -474,7 +481,9 @@ def rows_of_changes(found: Found, apart: tuple[int, ...]) -> Rows | None:
     places_of_base = [i for i in wanted if names[i].startswith(f"{_PER_LEG}.")]
     by = jacobian[..., free:]
     bases = by[..., legs : legs + len(places_of_base)]
-    growth = by[..., -1] if robot.space.moves else np.zeros_like(residual)
+    at_growth = legs + len(places_of_base)
+    growth = by[..., at_growth] if robot.space.moves else np.zeros_like(residual)
+    points = len({names[i].partition(".")[0] for i in placed})
     spare = int(used.sum()) + int(np.linalg.matrix_rank(priors)) - int(shown.sum())
     components = tuple(names[i].partition(".")[2] for i in places_of_base)
     by_leg = by[..., :legs]
@@ -485,6 +494,9 @@ def rows_of_changes(found: Found, apart: tuple[int, ...]) -> Rows | None:
         by_leg=by_leg,
         by_growth=growth,
         by_base=bases,
+        by_point=jacobian[..., [column[i] for i in placed]].reshape(
+            *residual.shape, points, len(placed) // max(points, 1)
+        ),
         components=components,
         order=order,
         spare=spare,

@@ -190,9 +190,22 @@ DOUBTS: Mapping[str, Code] = {
         "repeated, or of a coarse sensor"
     ),
     "readings-scatter": Code(
-        "what {whose} shows scatters by {amount} more than noise explains: a joint of that leg or "
-        "the sensor has play, or single readings are wrong{evidence}",
+        "what {whose} shows scatters by {amount} more than noise explains{when}: a joint of that "
+        "leg or the sensor has play, or single readings are wrong{evidence}",
         "look for what is loose there",
+        {"when": ""},
+    ),
+    "point-scatters": Code(
+        "{whose} scatters by {amount} along each axis more than noise explains{when}: it is loose "
+        "on the platform, or the measuring device sees it badly{evidence}",
+        "fasten it, or leave its columns out",
+        {"when": ""},
+    ),
+    "rows-scatter": Code(
+        "what is measured{when} scatters {times} times as much as the declared noise, and in the "
+        "other rows as declared: the measuring device, or what it stands on, is worse "
+        "there{evidence}",
+        "look what was different then; leave these rows out, or measure them again",
     ),
     "rows-unlike": Code(
         "{these} not fit the others: look at the measurement, or use a robust loss"

@@ -70,7 +70,7 @@ from symkin.estimate.evidence.residuals import (
     tests_of,
 )
 from symkin.estimate.evidence.sag import doubts_of_sag
-from symkin.estimate.evidence.scatter import doubts_of_scatter
+from symkin.estimate.evidence.scatter import doubts_of_scatter, is_due_to_scatter
 from symkin.estimate.evidence.sessions import (
     SESSIONS,
     doubts_of_sessions,
@@ -111,6 +111,8 @@ _OF_RESIDUALS = (_SHAPES - CHANGES - SESSIONS - {_DISTORTED}) | {
 }
 # What readings that scatter bring about.
 _OF_SCATTER = {"residuals-large", "few-far-off", "legs-together", "rows-unlike"}
+# What rows of another robot look like.
+_MAYBE_ANOTHER = {"steps", "readings-scatter", "rows-scatter"}
 # How far parameters are from the drawing, which any of these makes of a sound robot's.
 _OF_PARAMETERS = {"moved-together", "parameters-far", "far-from-drawing", "parameters-unknown"}
 # What a table says itself, without a robot.
@@ -212,7 +214,8 @@ def _noticed(
     result = diagnosed(found)
     tests, outliers = tests_of(found, result), outliers_of(found, result)
     lost = list(doubts_of_lost_rows(found))
-    if explain_all(found, outliers):  # of which all else may be a consequence
+    # Of single errors all else may be a consequence.
+    if explain_all(found, outliers) and not _explains_more(found, outliers):
         return Noticed(tuple(size), (*doubts_of_rows(found, outliers), *lost), tests, outliers)
     symptoms = [
         *lost,
@@ -238,7 +241,8 @@ def _noticed(
         sags = _sags_within_tolerances(found, apart) if far_off and not symptoms else []
         symptoms += sags or far_off
     if told_apart and not far:
-        symptoms = _with_scatter(symptoms, [*doubts_of_scatter(found, apart)])
+        scattered = [*doubts_of_scatter(found)] or [*doubts_of_scatter(found, apart)]
+        symptoms = _with_scatter(symptoms, scattered)
     if changes:  # which say what is alike
         symptoms = [each for each in symptoms if not each.code.startswith("neighbours-")]
     symptoms += [*hiding_noise(found), *unknown_parameters(found)]
@@ -265,12 +269,28 @@ def _with_distortion(symptoms: list[Doubt], distorted: Doubt | None) -> list[Dou
     return [dataclasses.replace(distorted, others=alike), *_unasked(symptoms)]
 
 
+def _explains_more(found: Found, outliers: Sequence[Outlier]) -> bool:
+    """Whether something that scatters does, each single error being one that was looked for."""
+    by_outliers = sum(each.student**2 - BETTER / 2 for each in outliers)
+    return any(each.figures["gain"] > by_outliers for each in doubts_of_scatter(found))
+
+
 def _with_scatter(symptoms: list[Doubt], scattered: list[Doubt]) -> list[Doubt]:
-    """What is told if readings that scatter would explain it all, and better than all else."""
+    """What is told if what scatters would explain it all, and better than all else.
+
+    A change that does so without outliers explains less than what makes these.
+    """
     rivals = [each for each in symptoms if each.code not in _OF_SCATTER]
+    whole = whole_change(rivals)
     best = min((each.p for each in rivals if math.isfinite(each.p)), default=1.0)
-    better = scattered and whole_change(rivals) is None and scattered[0].p < _AS_LIKELY * best
-    return [*scattered, *_unasked(symptoms)] if better else symptoms
+    if not scattered or not scattered[0].p < _AS_LIKELY * best:
+        return symptoms
+    if whole is not None:
+        by_score = whole.p > 0 and whole.code in CHANGES
+        explained = -2 * math.log(whole.p) if by_score else math.inf
+        if not scattered[0].figures["gain"] > explained + BETTER:
+            return symptoms
+    return [*scattered, *_unasked(symptoms)]
 
 
 def _unasked(symptoms: Sequence[Doubt]) -> list[Doubt]:
@@ -452,6 +472,8 @@ def _judged(estimate: Found, what: Noticed) -> Evidence:
         return Evidence(doubts, tried, complete=True)
     if what.symptoms or not found.converged:
         gross, rest = gross_errors(found) if found.legs else (None, found.measurements)
+        if is_due_to_scatter(gross, what.symptoms):
+            gross, rest = None, found.measurements
         shaped = partial(_shaped, found) if _has_shape(what) else _never
         # Without gross errors too, if there are some: but all rows say which belong together, and
         # those that do not fit, if they are many, what they have in common.
@@ -465,12 +487,13 @@ def _judged(estimate: Found, what: Noticed) -> Evidence:
             if rest is found.measurements or (cause is not None and cause.explains):
                 break
         steps = {each.code for each in what.symptoms if each.figures.get("most") is True}
-        if (cause is None or not cause.explains) and gross is None and steps <= {"steps"}:
+        if (cause is None or not cause.explains) and gross is None and steps <= _MAYBE_ANOTHER:
             cause = of_another_robot(found, partial(_another, found)) or cause
         if gross is not None and (cause is None or not cause.explains):
             cause, corrected, redrawn = gross, None, None
         if cause is None and not found.legs:  # dearer than what comes before it
             cause, _ = gross_errors(found)
+            cause = None if is_due_to_scatter(cause, what.symptoms) else cause
             unlike = {
                 row for each in what.symptoms if each.code == "rows-unlike" for row in each.rows
             }

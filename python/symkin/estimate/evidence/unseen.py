@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 from statistics import NormalDist
 from typing import Any
@@ -15,6 +16,7 @@ from symkin.estimate.evidence.distortion import columns_of_distortion, seen_from
 from symkin.estimate.evidence.findings import Note
 from symkin.estimate.evidence.residuals import ALARMS
 from symkin.estimate.evidence.sag import SAG_ALARMS, columns_of_sag
+from symkin.estimate.evidence.scatter import hardly_missed
 from symkin.estimate.found import Found
 from symkin.estimate.precision import promising
 from symkin.estimate.unknowns import SAG
@@ -30,11 +32,14 @@ _WITH = {"stretch": "", "shear": "with ", "lens": "that has positions "}
 
 @record
 class _Defect:
-    """A column of whitened rows, and the size of it that a test sees in most robots, at most."""
+    """What a test sees in most robots from some size on, and how it moves the unknowns.
+
+    `moves` are mean products of by how much a unit of it moves each two.
+    """
 
     what: str
     of: str
-    column: Array
+    moves: Array
     size: float
     unit: str
     options: dict[str, Any]
@@ -50,6 +55,7 @@ class _Defect:
             "growth": f"growth of all lengths by {1e6 * self.size:.2g} ppm",
             "lag": f"{shown} that lag by {100 * self.size:.2g} % of the last move",
             "drift": f"a drift of {amount} of {self.of}",
+            "play": f"play of {amount} to either side of {self.of}",
             "device": f"a measuring device {self.of}",
         }[self.what]
 
@@ -73,13 +79,17 @@ def notes_of_the_unseen(found: Found) -> Iterator[Note]:
         return
     if not len(effects):
         return
-    expected = float(np.sqrt(((effects @ covariance) * effects).sum(axis=(1, 2)).mean()))
+
+    def rms(some: Array, moves: Array) -> float:
+        return float(np.sqrt(((some @ moves) * some).sum(axis=(1, 2)).mean()))
+
+    expected = rms(effects, covariance)
     if not expected > 0:
         return
     worst: dict[str, tuple[float, _Defect]] = {}
-    for each in (*_of_changes(found, rows), *_of_sag(found, rows), *_of_device(found, rows)):
-        moved = effects[..., : len(found.names)] @ rows.moved(each.size * each.column)
-        times = float(np.sqrt(np.square(moved).sum(axis=1).mean())) / expected
+    kinds = (_of_changes, _of_sag, _of_device, _of_scatter)
+    for each in itertools.chain.from_iterable(kind(found, rows) for kind in kinds):
+        times = each.size * rms(effects[..., : len(found.names)], each.moves) / expected
         if times > max(1.0, worst.get(each.what, (0.0,))[0]):
             worst[each.what] = times, each
     if not worst:
@@ -99,6 +109,19 @@ def _seen_from(alarms: float) -> float:
     return normal.inv_cdf(POWER) - normal.inv_cdf(alarms / 2)
 
 
+def _moves(rows: Rows, column: Array) -> Array:
+    moved = rows.moved(column)
+    return np.outer(moved, moved)
+
+
+def _of_scatter(found: Found, rows: Rows) -> Iterator[_Defect]:
+    """Errors of one leg's readings, another in each row."""
+    unit = found.nominal.reading_unit
+    for leg, size in hardly_missed(rows, POWER).items():
+        moved = np.einsum("nrk,nr->nk", rows.basis, rows.by_leg[..., leg]) @ rows.by_basis
+        yield _Defect("play", f"leg {leg + 1}", moved.T @ moved, size, unit, {})
+
+
 def _of_changes(found: Found, rows: Rows) -> Iterator[_Defect]:
     """Slopes of one leg, of the base, or of all legs alike."""
     terms = [each for each in terms_of_changes(found, rows) if each.what != "step"]
@@ -113,14 +136,14 @@ def _of_changes(found: Found, rows: Rows) -> Iterator[_Defect]:
             of = f"{of} of where the robot stands to the measuring device"
         if each.what != "clock":
             size = enough / each.length
-            yield _Defect(each.what, of, each.column, size, unit, asked_for(each))
+            yield _Defect(each.what, of, _moves(rows, each.column), size, unit, asked_for(each))
     of_legs = [each for each in kept if each.what == "backlash"]
     if len(of_legs) > 1:
         column = np.sum([each.column for each in of_legs], axis=0)
         left = rows.left(column)
         shown = max(abs(float(np.sum(each.column * left))) / each.length for each in of_legs)
         size, options = enough / shown, asked_for(of_legs[0])
-        yield _Defect("backlash", "all legs", column, size, reading, options)
+        yield _Defect("backlash", "all legs", _moves(rows, column), size, reading, options)
 
 
 def _of_sag(found: Found, rows: Rows) -> Iterator[_Defect]:
@@ -131,7 +154,7 @@ def _of_sag(found: Found, rows: Rows) -> Iterator[_Defect]:
     column = columns[down[0]]
     size = _seen_from(SAG_ALARMS / len(columns)) / rows.length(column)
     assume = {**(found.options.assume or {}), SAG: float(f"{size:.2g}")}
-    yield _Defect("sag", "", column, size, "m", {"assume": assume})
+    yield _Defect("sag", "", _moves(rows, column), size, "m", {"assume": assume})
 
 
 def _of_device(found: Found, rows: Rows) -> Iterator[_Defect]:
@@ -144,4 +167,4 @@ def _of_device(found: Found, rows: Rows) -> Iterator[_Defect]:
         if kind in _OF_AXES:  # a scale is held as exact, which is a note of its own
             size = min(size, _OF_AXES[kind] * most)
             told = f"{_WITH[kind]}{words_of(name, size, reach)}"
-            yield _Defect("device", told, columns[name], size, "m", {})
+            yield _Defect("device", told, _moves(rows, columns[name]), size, "m", {})
