@@ -17,10 +17,12 @@ from symkin.estimate.evidence.frames import frame_doubt, with_frames
 from symkin.estimate.evidence.residuals import HARMFUL, Help
 from symkin.estimate.fit import FALSE_ALARMS
 from symkin.estimate.found import Found, GoodnessOfFit, total_of
+from symkin.estimate.noise import estimated_noise
 from symkin.estimate.options import EstimateOptions
 from symkin.estimate.problem import Problem
 from symkin.estimate.unknowns import BED
 from symkin.model.core_setup import scalar_values
+from symkin.model.settings import NoiseSettings
 from symkin.values import Value, field, record
 
 _NAMED = 3
@@ -73,7 +75,7 @@ def alternatives_of(found: Found) -> list[Alternative]:
         return []
     if found.legs:
         return []  # where every parameter is free, the tests of the closures tell
-    options = dataclasses.replace(options, noise=found.noise)
+    options = dataclasses.replace(options, noise=_noise_shown(found))
     if options.prior == "fitted":  # of both models the same, or else chi-squares do not compare
         options = dataclasses.replace(options, prior="tolerances")
     wider: list[tuple[str, EstimateOptions, EstimateOptions]] = []
@@ -89,7 +91,7 @@ def alternatives_of(found: Found) -> list[Alternative]:
         wider.append(("held", options, all_free(options)))
     # Without priors, end points that are free follow any frame.
     held = dataclasses.replace(
-        options, prior=options.prior or "tolerances", gauge="prior", noise=found.noise
+        options, prior=options.prior or "tolerances", gauge="prior", noise=options.noise
     )
     framed = with_frames(found.nominal, found.measurements, held)
     if framed is not None:
@@ -99,7 +101,28 @@ def alternatives_of(found: Found) -> list[Alternative]:
         known = _Solved(found.converged, total_of(found.goodness), found.aside, len(found.names))
         solved.append((dataclasses.replace(found.options, noise=found.noise), known))
     made = (_compared(found, solved, *each) for each in wider)
-    return [each for each in made if each is not None]
+    return [
+        dataclasses.replace(each, options=dataclasses.replace(each.options, noise=found.noise))
+        for each in made
+        if each is not None
+    ]
+
+
+def _noise_shown(found: Found) -> NoiseSettings:
+    """As large as what is observed of each kind shows it, where chi-square is none of it.
+
+    What is redundant among many points says little of what a sensor does: F over all that is left
+    of both says too much, or too little, where the noise of one is not as declared.
+    """
+    total = total_of(found.goodness)
+    if found.noise_is_estimated or total.least <= total.chi_square <= total.limit:
+        return found.noise
+    options = dataclasses.replace(found.options, noise=found.noise)
+    try:
+        problem, fit, _ = Problem.of(found.nominal, found.measurements, options).resolved()
+        return estimated_noise(problem, fit)[0].noise
+    except SymkinError:
+        return found.noise
 
 
 class _Solved(NamedTuple):
