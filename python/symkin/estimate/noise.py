@@ -37,7 +37,7 @@ _PARTS = {
 }
 
 
-class _Share(NamedTuple):
+class Share(NamedTuple):
     """What rows of one noise say of it."""
 
     step: float  # of its logarithm, to the next iterate
@@ -116,7 +116,7 @@ def _extrapolated(history: list[tuple[Array, Array]]) -> Array:
     return np.asarray(places[-1] + np.clip(way, -_FARTHEST_STEP, _FARTHEST_STEP))
 
 
-def _shares(problem: Problem, fit: _core.JointFit) -> dict[str, _Share]:
+def _shares(problem: Problem, fit: _core.JointFit) -> dict[str, Share]:
     """What the rows say of each noise that is not zero."""
     rows = Rows.of(fit)
     within = _in_deviations(problem, rows)
@@ -131,11 +131,26 @@ def _shares(problem: Problem, fit: _core.JointFit) -> dict[str, _Share]:
     return found
 
 
-def _share(within: Array, t: Array) -> _Share:
+def shares_by_axis(problem: Problem, fit: _core.JointFit) -> dict[str, Share]:
+    """What positions and points say along each axis of the device; nothing without such."""
+    rows, taken = Rows.of(fit), problem.measurements
+    within, size = _in_deviations(problem, rows), taken.space.size
+    kinds = np.array(KINDS)[rows.kind]
+    place = ((kinds == "pose") & (rows.index < size)) | (kinds == "points")
+    place &= np.isfinite(within) & np.isfinite(rows.t) & (rows.t != 0) & _undeclared(problem, rows)
+    found = {}
+    for number, name in enumerate(taken.space.position):
+        own = place & (rows.index % max(size, 1) == number)
+        if own.any() and (share := _share(within[own], rows.t[own])).redundancy > 1:
+            found[name] = share
+    return found
+
+
+def _share(within: Array, t: Array) -> Share:
     squares = np.square(within)
     redundancy = float(np.sum(squares / np.square(t)))
     step = math.log(float(squares.sum()) / redundancy) / 2 if redundancy > 0 else 0.0
-    return _Share(step, redundancy, len(t))
+    return Share(step, redundancy, len(t))
 
 
 def _rows_of_parts(problem: Problem, rows: Rows) -> dict[str, NDArray[np.bool_]]:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterable, Mapping
 from typing import Any, Literal
 
@@ -228,6 +229,8 @@ def flags_of(given: Mapping[str, Any]) -> list[tuple[str, Any]]:
 
 
 def _each_of(value: Any) -> Iterable[Any]:
+    if dataclasses.is_dataclass(value):  # what is zero is as the mechanism has it
+        value = {name: each for name, each in vars(value).items() if each}
     if isinstance(value, Mapping) and all(isinstance(each, str | float) for each in value.values()):
         return [f"{name}={each}" for name, each in value.items()]
     return value if isinstance(value, tuple | list) else (value,)

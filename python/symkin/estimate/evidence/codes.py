@@ -142,7 +142,7 @@ DOUBTS: Mapping[str, Code] = {
     "residuals-large": Code(
         "{who}chi-square is {ratios} per degree of freedom ({degrees} of them), above {limits} "
         "which 1 of 1000 sound robots exceeds: residuals are {size:.2g} times what the declared "
-        "noise explains; {then}"
+        "noise explains{by_kind}; {then}"
     ),
     "few-far-off": Code(
         "half of the residuals are only {size:.2g} times as large as declared: some poses are far "
@@ -150,7 +150,8 @@ DOUBTS: Mapping[str, Code] = {
     ),
     "residuals-small": Code(
         "{who}chi-square is {ratios} per degree of freedom ({degrees} of them), below {limits} "
-        "which 1 of 1000 sound robots falls short of: {why}"
+        "which 1 of 1000 sound robots falls short of: {why}{by_kind}",
+        "identify with {options}",
     ),
     # What rows show by themselves.
     "other-working-mode": Code(
@@ -308,6 +309,11 @@ DOUBTS: Mapping[str, Code] = {
     "neighbours-opposite": Code(
         "residuals of neighbouring rows are opposite: the rows alternate between two states, such "
         "as two directions of approach (backlash){evidence}"
+    ),
+    "noise-along": Code(
+        "positions scatter along {axis} of the measuring device {size:.2g} times as much as across "
+        "it, which explains all that the declared noise does not{evidence}",
+        "identify with {options}, or declare it: along, in the [noise]",
     ),
     "legs-together": Code(
         "residuals of legs {pairs} vary together more than the declared noise of the pose "

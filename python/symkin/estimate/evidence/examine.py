@@ -78,6 +78,7 @@ from symkin.estimate.evidence.sessions import (
     shift_is_shown,
     shift_that_explains,
 )
+from symkin.estimate.evidence.shown_noise import doubts_of_directions
 from symkin.estimate.evidence.watching import is_watched
 from symkin.estimate.evidence.wider import Alternative, alternatives_of, doubts_of_models
 from symkin.estimate.fit import by_leg
@@ -85,7 +86,7 @@ from symkin.estimate.found import Found
 from symkin.estimate.options import EstimateOptions
 from symkin.estimate.solution import together
 from symkin.model.mechanism import Mechanism
-from symkin.model.settings import Frames
+from symkin.model.settings import Frames, NoiseSettings
 
 # Standard deviations: with residuals of this size something else is wrong than a term.
 _GROSS = 30
@@ -113,6 +114,7 @@ _OF_RESIDUALS = (_SHAPES - CHANGES - SESSIONS - {_DISTORTED}) | {
 _OF_SCATTER = {"residuals-large", "few-far-off", "legs-together", "rows-unlike"}
 # What rows of another robot look like.
 _MAYBE_ANOTHER = {"steps", "readings-scatter", "rows-scatter"}
+_OF_NOISE = {*_OF_SCATTER, "residuals-small"}
 # How far parameters are from the drawing, which any of these makes of a sound robot's.
 _OF_PARAMETERS = {"moved-together", "parameters-far", "far-from-drawing", "parameters-unknown"}
 # What a table says itself, without a robot.
@@ -439,6 +441,20 @@ def _with_moved_point(found: Found, what: Noticed) -> Evidence | None:
     return _mended(what, [moved], table, other)
 
 
+def _with_directed_noise(found: Found, what: Noticed) -> Evidence | None:
+    """What there is to tell if the device sees better along one axis, and nothing else is wrong."""
+    if not any(each.code in _OF_NOISE for each in what.symptoms):
+        return None
+
+    def another(noise: NoiseSettings) -> Found | None:
+        options = dataclasses.replace(found.options, noise=noise)
+        other = _another(found, found.nominal, found.measurements, options)
+        return None if other is None or _tested(other, ()).symptoms else other
+
+    told = next(doubts_of_directions(found, another), None)
+    return None if told is None else Evidence((told, *what.lasting), (), complete=True)
+
+
 def _mended(
     what: Noticed, causes: Sequence[Doubt], table: Measurements, other: Found
 ) -> Evidence | None:
@@ -460,6 +476,8 @@ def _judged(estimate: Found, what: Noticed) -> Evidence:
     changed = whole_change(what.symptoms)
     if what.rest is None and changed is None and (mended := _with_moved_point(found, what)):
         return mended
+    if what.rest is None and changed is None and (directed := _with_directed_noise(found, what)):
+        return directed
     cause: Doubt | None = None
     tried: tuple[Hypothesis, ...] = ()
     corrected: Measurements | None = None

@@ -12,6 +12,7 @@ from symkin import _core
 from symkin.analysis.seen import Seen
 from symkin.errors import named_legs
 from symkin.estimate.evidence.findings import Doubt
+from symkin.estimate.evidence.shown_noise import by_kind
 from symkin.estimate.fit import FALSE_ALARMS
 from symkin.estimate.found import Found, GoodnessOfFit
 from symkin.estimate.problem import KINDS, spare_conditions
@@ -23,6 +24,7 @@ CONDITION_LIMIT = 1e5
 _FEW_SPARE_POSES = 3
 # Times what the fit leaves, and the noise: points that the unknowns follow one by one.
 _FAR_ABOVE_FIT = 4
+_COMPUTED = 1e-6  # of chi-square per degree of freedom: no measurement
 _NORMAL_MEDIAN = 0.6745  # of the absolute value of a standard normal
 
 
@@ -130,6 +132,7 @@ def doubts_of_noise(found: Found) -> Iterator[Doubt]:
     if large:
         times = max(fit.chi_square_ratio for fit in large) ** 0.5
         figures = {**_figures(found, large, "limit"), "then": _consequence(found)}
+        figures["by_kind"] = by_kind(found)
         yield Doubt("residuals-large", _legs(large), size=times, figures=figures)
         standardised = [np.median(np.abs(leg.standardised)) for leg in found.legs]
         bulk = max(standardised, default=np.inf) / _NORMAL_MEDIAN
@@ -140,11 +143,16 @@ def doubts_of_noise(found: Found) -> Iterator[Doubt]:
         least = min(fit.chi_square_ratio for fit in small)
         why = (
             "these are numbers that were computed, such as those of a plan, not measured"
-            if least < 1e-6
+            if least < _COMPUTED
             else "the declared noise is too large, or the measurements were smoothed"
         )
-        figures = {**_figures(found, small, "least"), "why": why}
-        yield Doubt("residuals-small", _legs(small), size=least**0.5, figures=figures)
+        measured = least >= _COMPUTED and not found.legs
+        told = by_kind(found) if measured else ""
+        figures = {**_figures(found, small, "least"), "why": why, "by_kind": told}
+        options = {"noise": "estimate"} if measured else {}
+        yield Doubt(
+            "residuals-small", _legs(small), size=least**0.5, figures=figures, options=options
+        )
 
 
 def _consequence(found: Found) -> str:

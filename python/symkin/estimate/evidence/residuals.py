@@ -128,11 +128,15 @@ def tests_of(found: Found, result: Diagnosed | None) -> tuple[ResidualTest, ...]
     space, legs = found.nominal.space, tuple(range(len(found.nominal.legs)))
     names = coordinate_names(found.nominal)
     terms = [*names, *(f"{name}^2" for name in names)]
-    curved = found.mechanism.curvature is not None
+    curved, taken = found.mechanism.curvature is not None, found.measurements
+    own = (taken.pose_deviations, taken.reading_deviations)
+    differs = found.noise.varies or any(each is not None for each in own)
     told = [
         test
         for test in result.core.tests
         if not (curved and test.suspect.name.startswith("sensor_"))
+        # Of noise that is the same in all rows and directions.
+        and not (differs and test.suspect.name in ("legs", "estimators"))
     ]
     counts: dict[_core.Suspect, int] = {}
     for test in told:

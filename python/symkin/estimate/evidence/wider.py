@@ -15,9 +15,9 @@ from symkin.errors import SymkinError
 from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.evidence.frames import frame_doubt, with_frames
 from symkin.estimate.evidence.residuals import HARMFUL, Help
+from symkin.estimate.evidence.shown_noise import is_unusual, noise_shown
 from symkin.estimate.fit import FALSE_ALARMS
 from symkin.estimate.found import Found, GoodnessOfFit, total_of
-from symkin.estimate.noise import estimated_noise
 from symkin.estimate.options import EstimateOptions
 from symkin.estimate.problem import Problem
 from symkin.estimate.unknowns import BED
@@ -75,7 +75,7 @@ def alternatives_of(found: Found) -> list[Alternative]:
         return []
     if found.legs:
         return []  # where every parameter is free, the tests of the closures tell
-    options = dataclasses.replace(options, noise=_noise_shown(found))
+    options = dataclasses.replace(options, noise=_noise_to_judge_by(found))
     if options.prior == "fitted":  # of both models the same, or else chi-squares do not compare
         options = dataclasses.replace(options, prior="tolerances")
     wider: list[tuple[str, EstimateOptions, EstimateOptions]] = []
@@ -108,21 +108,14 @@ def alternatives_of(found: Found) -> list[Alternative]:
     ]
 
 
-def _noise_shown(found: Found) -> NoiseSettings:
-    """As large as what is observed of each kind shows it, where chi-square is none of it.
+def _noise_to_judge_by(found: Found) -> NoiseSettings:
+    """As it is shown, where chi-square is none of the declared.
 
     What is redundant among many points says little of what a sensor does: F over all that is left
     of both says too much, or too little, where the noise of one is not as declared.
     """
-    total = total_of(found.goodness)
-    if found.noise_is_estimated or total.least <= total.chi_square <= total.limit:
-        return found.noise
-    options = dataclasses.replace(found.options, noise=found.noise)
-    try:
-        problem, fit, _ = Problem.of(found.nominal, found.measurements, options).resolved()
-        return estimated_noise(problem, fit)[0].noise
-    except SymkinError:
-        return found.noise
+    shown = noise_shown(found) if is_unusual(found) else None
+    return found.noise if shown is None else shown.noise
 
 
 class _Solved(NamedTuple):
