@@ -29,6 +29,7 @@ from symkin.storage.tables import (
     require_kind,
     utf8,
 )
+from symkin.storage.unit_rows import with_units_in_names
 
 _Error = Callable[[str], MeasurementError]
 
@@ -103,6 +104,8 @@ def _csv_blocks(path: Path, together: str, compressed: bool, error: _Error) -> I
             rest = rest[end:]
             if not number and last and (not text or text.isspace()):
                 raise error("the file is empty")
+            if not header:
+                text = with_units_in_names(text)
             given = header + text
             try:
                 read = _core.CsvTable(given, passed, last)

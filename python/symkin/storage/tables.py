@@ -25,6 +25,7 @@ from symkin import _core
 from symkin.errors import MeasurementError, SymkinError, did_you_mean, known_extension
 from symkin.storage.quantities import unit_factor
 from symkin.storage.table_columns import Column, CsvCells, Numbers, Words, column_of
+from symkin.storage.unit_rows import with_units_in_names
 from symkin.values import Array
 
 
@@ -263,10 +264,10 @@ def read_table(source: TableSource, step: str = "") -> Table:
 
     A file is Parquet if its name ends in ``.parquet`` or ``.pq``, else CSV separated by commas,
     semicolons or tabs; with the latter two, the decimal mark may be a comma. Lines that begin with
-    ``#`` are comments. Latin-1 is read where UTF-8 does not fit. What gzip has compressed is read
-    too. A stream holds text or bytes of such a file; a mapping of columns is a pandas DataFrame, or
-    a dictionary of arrays, where NaN is an empty cell. `step` is the size of the steps that columns
-    may count.
+    ``#`` are comments, and units may stand in the line below the names. Latin-1 is read where UTF-8
+    does not fit. What gzip has compressed is read too. A stream holds text or bytes of such a file;
+    a mapping of columns is a pandas DataFrame, or a dictionary of arrays, where NaN is an empty
+    cell. `step` is the size of the steps that columns may count.
 
     Raises
     ------
@@ -520,7 +521,7 @@ def _csv_table(
 ) -> Table:
     """CSV: UTF-8, UTF-16 with its mark, or Latin-1; commas, semicolons or tabs."""
     try:
-        read = _core.CsvTable(utf8(data, error))
+        read = _core.CsvTable(with_units_in_names(utf8(data, error)))
     except _core.Error as unreadable:
         raise error(str(unreadable)) from unreadable
     return Table(path, name, csv_columns(read), read.lines)

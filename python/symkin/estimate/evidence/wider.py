@@ -22,7 +22,6 @@ from symkin.estimate.options import EstimateOptions
 from symkin.estimate.problem import Problem
 from symkin.estimate.unknowns import BED
 from symkin.model.core_setup import scalar_values
-from symkin.model.settings import NoiseSettings
 from symkin.values import Value, field, record
 
 _NAMED = 3
@@ -75,7 +74,7 @@ def alternatives_of(found: Found) -> list[Alternative]:
         return []
     if found.legs:
         return []  # where every parameter is free, the tests of the closures tell
-    options = dataclasses.replace(options, noise=_noise_to_judge_by(found))
+    options = dataclasses.replace(options, noise=found.noise)
     if options.prior == "fitted":  # of both models the same, or else chi-squares do not compare
         options = dataclasses.replace(options, prior="tolerances")
     wider: list[tuple[str, EstimateOptions, EstimateOptions]] = []
@@ -91,7 +90,7 @@ def alternatives_of(found: Found) -> list[Alternative]:
         wider.append(("held", options, all_free(options)))
     # Without priors, end points that are free follow any frame.
     held = dataclasses.replace(
-        options, prior=options.prior or "tolerances", gauge="prior", noise=options.noise
+        options, prior=options.prior or "tolerances", gauge="prior", noise=found.noise
     )
     framed = with_frames(found.nominal, found.measurements, held)
     if framed is not None:
@@ -100,22 +99,28 @@ def alternatives_of(found: Found) -> list[Alternative]:
     if not found.noise_is_estimated and not found.options.sessions:
         known = _Solved(found.converged, total_of(found.goodness), found.aside, len(found.names))
         solved.append((dataclasses.replace(found.options, noise=found.noise), known))
-    made = (_compared(found, solved, *each) for each in wider)
-    return [
-        dataclasses.replace(each, options=dataclasses.replace(each.options, noise=found.noise))
-        for each in made
-        if each is not None
-    ]
+    made = []
+    for what, narrow, wide in wider:
+        other = _compared(found, solved, what, narrow, wide)
+        if other is not None:
+            made.append(_unless_of_noise(found, other, narrow) if other.alarms else other)
+    return made
 
 
-def _noise_to_judge_by(found: Found) -> NoiseSettings:
-    """As it is shown, where chi-square is none of the declared.
+def _unless_of_noise(found: Found, alarm: Alternative, narrow: EstimateOptions) -> Alternative:
+    """An alarm by the noise that each kind shows too, where chi-square is none of the declared.
 
     What is redundant among many points says little of what a sensor does: F over all that is left
-    of both says too much, or too little, where the noise of one is not as declared.
+    of both says too much where the noise of one is not as declared.
     """
     shown = noise_shown(found) if is_unusual(found) else None
-    return found.noise if shown is None else shown.noise
+    if shown is None:
+        return alarm
+    both = (dataclasses.replace(each, noise=shown.noise) for each in (narrow, alarm.options))
+    again = _compared(found, [], alarm.what, *both)
+    if again is None or again.alarms:
+        return alarm
+    return dataclasses.replace(again, options=alarm.options)
 
 
 class _Solved(NamedTuple):
