@@ -78,3 +78,12 @@ def test_rows_with_deviations_of_their_own_are_not_told_of_legs_together():
     own = dataclasses.replace(taken, pose_deviations=rows)
     plain = robot.replace(noise=NoiseSettings(1e-4, 0, 5e-5))
     assert symkin.identify(plain, own, frames=["base"]).trustworthy
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3, 4])
+def test_noise_that_other_noise_hides_along_an_axis_is_not_told_of_it(seed):
+    noise = NoiseSettings(2e-3, 0, 5e-5, along=1e-9, direction="z")
+    robot, taken = measured("rotary_delta", ("position",), noise, seed)
+    found = symkin.identify(robot, taken, frames=["base"])
+    assert found.doubts
+    assert all(each.code != "noise-along" or each.size > 0 for each in found.doubts)

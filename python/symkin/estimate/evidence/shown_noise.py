@@ -93,8 +93,8 @@ def doubts_of_directions(found: Found, another: Another) -> Iterator[Doubt]:
         shown.noise, position=position, along=times * position, direction=axis
     )
     settled = _shown_from(found, directed)
-    if settled is None:
-        return
+    if settled is None or not (settled.noise.position and settled.noise.along):
+        return  # along or across it other noise hides the positions'
     declared = found.nominal.noise.deviations
     sizes = {  # what other noise hides is as declared
         name: float(f"{size:.2g}") or declared[name]
