@@ -156,7 +156,6 @@ void DeterminantSearch::rebuild() {
 void DeterminantSearch::exchange(const Pair& pair) {
   const Index entering = pair.best.candidate;
   const Index leaving = std::exchange(at(chosen_, pair.place), entering);
-  ++exchanges_;
   if (++since_rebuild_ >= kExchangesKept || problem_.spacing.active()) {
     rebuild();
     return;
@@ -338,7 +337,6 @@ bool CriterionSearch::improve(Index tries) {
                        exact_merit_after(best_pair->place, best_pair->member) > merit_ + kGain);
   if (better) {
     at(chosen_, best_pair->place) = best_pair->member;
-    ++exchanges_;
     rebuild();
   }
   return better;

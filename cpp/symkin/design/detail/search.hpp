@@ -35,7 +35,6 @@ class PoolSearch {
   void kick_and_descend(Index parts_wanted, Index least, Index most, Random& random);
 
   Indices chosen() const;  // candidates, ascending
-  Index exchanges() const { return exchanges_; }
 
  protected:
   PoolSearch(const Problem& problem, Indices pool, const Indices& chosen);
@@ -48,7 +47,6 @@ class PoolSearch {
   const Problem& problem_;
   Indices pool_;
   Indices chosen_;  // members of the pool, as places in it
-  Index exchanges_ = 0;
 };
 
 // Exchange of log det M, each time for the best partner (Fedorov, Cook and Nachtsheim).
