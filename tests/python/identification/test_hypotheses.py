@@ -496,3 +496,16 @@ def test_what_is_spent_on_looking_for_a_cause_is_bounded_and_said(paper, plan):
         tried = hypotheses_of(paper, wrong, EstimateOptions("joint"), budget=budget)
         assert budget.spent == spent
         assert tried
+
+
+def test_errors_in_most_rows_are_no_gross_errors():
+    """A robust loss finds a few rows that fit, by which a robot of many legs is determined."""
+    robot = symkin.load_mechanism("hexa")
+    poses = symkin.sample_workspace(robot, 40, seed=1).poses
+    every, readings = np.arange(40), robot.inverse_kinematics(poses)
+    own = symkin.Plan(robot, np.full(40, -1), every, every < 0, poses, readings)
+    rough = np.random.default_rng(2).normal(0, 0.02, 40) * (every >= 24)
+    taken = of_leg(0, lambda r: r + rough)(measured(robot, own, None))
+    found = symkin.identify(robot, taken, frames=["base", "target"])
+    assert found.doubts
+    assert "gross-errors" not in {each.code for each in found.doubts}

@@ -26,6 +26,7 @@ from symkin.estimate.solution import together
 _CHI_SQUARE = 9.0
 _PLAIN = 100.0  # the same of single observations, of which more could be left out of a larger noise
 _MOST = 0.25  # of the poses: more than that are no errors of single poses
+_MOST_ROWS = 0.5  # that have one: of more of them something else is wrong
 _STEPS = 20  # of a fit, several times as many with a loss: where it does not end there are others
 
 
@@ -87,6 +88,8 @@ def _of_readings(found: Found) -> Doubt | None:
     if not few or not robust.converged or robust.unexplained or any(implausible_parameters(robust)):
         return None
     rows = np.unique([row for row, _ in robust.rejected])
+    if len(rows) > _MOST_ROWS * len(found.measurements.poses):
+        return None
     alike = {what for _, what in robust.rejected}
     # With one condition any observation of a pose may be it.
     told = spare_conditions(found.nominal, found.measurements)[rows]
