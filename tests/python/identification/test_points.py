@@ -336,6 +336,17 @@ def test_a_tracker_that_moved_is_named_before_a_leg_that_explains_less(hexapod, 
     assert symkin.identify(hexapod, moved, step=["frame:32"]).trustworthy
 
 
+def test_readings_of_all_legs_that_are_noisier_than_declared_are_no_loose_joint_of_one():
+    robot = nominal_of("rotary_delta")
+    noisy = robot.replace(noise=dataclasses.replace(robot.noise, reading=3e-5))
+    told = []
+    for seed in range(8):
+        taken = seen(noisy, disturb(robot, seed), seed=seed, rows=40)
+        told += [each.code for each in symkin.identify(robot, taken).doubts]
+    assert told.count("residuals-large") > 4
+    assert "readings-scatter" not in told
+
+
 def test_more_places_than_points_are_refused(hexapod, tracked):
     robot = hexapod.replace(frames=Frames(points=PLACES["spatial"]))
     with pytest.raises(SymkinError, match="3 points were observed, and 4 points are given"):

@@ -224,7 +224,7 @@ def doubts_of_scatter(found: Found, apart: Sequence[int] = ()) -> Iterator[Doubt
         return
     told = [(each, each.variance) for each in _scatters_of(rows)]
     worst, variance = max(told, key=lambda each: each[0].gain(each[1]), default=(None, 0.0))
-    if worst is None or (worst.source.code == _ROWS and not worst.is_part):  # that is the noise
+    if worst is None or (worst.source.which < 0 and not worst.is_part):  # that is the noise
         return
     explains = is_noise(rows.square - worst.drop(variance), rows.spare)
     if explains and worst.p_value < SAG_ALARMS / worst.many:
@@ -315,6 +315,10 @@ def _scatters_of(rows: Rows) -> Iterator[_Scatter]:
     for source in sources:
         if (whole := source.whole()) is not None:
             yield dataclasses.replace(whole, many=len(single))
+    if rows.by_leg.shape[2] > 1:  # of all legs alike
+        readings = _Source.of(rows, _READINGS, -1, rows.by_leg)
+        if (whole := readings.whole()) is not None:
+            yield whole
     worst = max(single, key=lambda each: each.sizes_of_parts.max(initial=0.0))
     for source in (worst, everything):  # of some rows the others are dear, and show less
         if (part := source.part()) is not None:
