@@ -40,8 +40,10 @@ HOMONYMS = {
     ("detect_symmetry", "poses"): "poses",
     ("select_poses", "spares"): "poses that may be lost",
     ("identify_robots", "robots"): "the robots themselves",
+    ("align_frames", "robot"): "poses that the robot reports",
 }
-ARGUMENTS = {("kinematics", "table"), ("align", "table"), ("accept", "table")}
+# Of single commands alone, though other commands have an option of that name.
+ARGUMENTS = {("kinematics", "table"), ("align", "table"), ("align", "robot"), ("accept", "table")}
 # Defaults that a function has for itself, and why.
 OWN_DEFAULTS = {
     ("cross_validate", "seed"): "of a function that has no mechanism's protocol to ask",
@@ -56,7 +58,7 @@ COMMAND_LINE_ALONE = {
     "sensor_table", "printed", "cross_validate", "cross_validate_blocks", "accuracy",
     "base", "target", "points", "anchors", "plane",  # of an Observed
     "orientations", "forward", "to", "endstops", "nominal", "chain", "legs",
-    "device", "host", "port", "robot", "serve", "angles", "convention",
+    "device", "host", "port", "serve", "angles", "convention",
     "lost",  # of a simulated device
     "beside", "radius", "body",  # of a log that is imported
     "calibrated", "tolerance", "uncertainty", "about", "first", "second", "devices",

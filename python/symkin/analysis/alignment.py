@@ -184,7 +184,7 @@ class Alignment(Result):
         return dict(zip(names, self.differences.T, strict=True))
 
 
-@checks()
+@checks("robot")
 def align_frames(
     measured: ArrayLike,
     robot: ArrayLike,

@@ -56,6 +56,7 @@ def evaluate(
     measurements: Annotated[Path | None, option("FILE", "Measured poses and readings.")] = None,
     columns: ColumnsOption = None,
     ignore: list[str] | None = None,
+    robot: str | None = None,
     confidence: str = "0.95",
     out: Annotated[Path | None, folder_of("evaluation.json and evaluation.html")] = None,
     seed: int | None = None,
@@ -78,31 +79,34 @@ def evaluate(
         ignore is None or measurements is not None, "--ignore goes with --measurements alone"
     )
     refuse_unless(
+        robot is None or measurements is not None, "--robot goes with --measurements alone"
+    )
+    refuse_unless(
         seed is None or (measurements is None and plan is None),
         "--seed draws the poses that are evaluated; it goes without --measurements and --plan",
     )
     with progress() as stage:
         stage("reading the model")
         loaded = load_mechanism(model)
-        robot = load_mechanism(actual) if actual is not None else None
-        inputs = [*loaded.files, *(robot.files if robot else ()), plan, measurements, columns]
+        real = load_mechanism(actual) if actual is not None else None
+        inputs = [*loaded.files, *(real.files if real else ()), plan, measurements, columns]
         with OutputFiles(inputs, overwrite) as outputs:
             target = outputs.folder(out, *_EVALUATION) if out else None
             stage("evaluating")
             if measurements is not None:
                 measured = symkin.read_measurements(
-                    measurements, loaded, columns_of(columns), ignore=ignore or ()
+                    measurements, loaded, columns_of(columns), ignore=ignore or (), robot=robot
                 )
                 result = symkin.evaluate(loaded, measurements=measured, confidence=share)
                 result = replace(result, notes=(*result.notes, *_seen(model, measured)))
-            elif robot is not None:
-                require_same_shape(robot, loaded)  # before its workspace is sampled
+            elif real is not None:
+                require_same_shape(real, loaded)  # before its workspace is sampled
                 if plan is None:
-                    poses = symkin.sample_workspace(robot, candidates, seed).poses
+                    poses = symkin.sample_workspace(real, candidates, seed).poses
                 else:
                     commanded = symkin.read_plan(plan, loaded)
                     poses = commanded.poses[~commanded.spare]
-                result = symkin.evaluate(loaded, actual=robot, poses=poses, confidence=share)
+                result = symkin.evaluate(loaded, actual=real, poses=poses, confidence=share)
             document = {
                 "command": "evaluate",
                 "mechanism": loaded.name,
@@ -182,6 +186,7 @@ def accept(
     ] = None,
     columns: ColumnsOption = None,
     ignore: list[str] | None = None,
+    robot: str | None = None,
     out: Annotated[Path | None, folder_of("acceptance.json and certificate.html")] = None,
     overwrite: bool = False,
     telling: Telling,
@@ -209,7 +214,7 @@ def accept(
         with OutputFiles(inputs, overwrite) as outputs:
             target = outputs.folder(out, *Acceptance.FILES) if out else None
             measured = symkin.read_measurements(
-                table, model, columns_of(columns), ignore=ignore or ()
+                table, model, columns_of(columns), ignore=ignore or (), robot=robot
             )
             stage("testing")
             result = symkin.accept(

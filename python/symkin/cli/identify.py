@@ -70,6 +70,7 @@ def identify(
     ],
     columns: ColumnsOption = None,
     ignore: list[str] | None = None,
+    robot: str | None = None,
     fitting: Fitting,
     unknown: Unknown,
     clock_offset: bool | None = None,
@@ -146,7 +147,7 @@ def identify(
         if mapping is not None:  # what is calibrated reads such tables by itself
             nominal = nominal.replace(measurement_columns=mapping)
         measured = joined([
-            symkin.read_measurements(each, nominal, mapping, ignore=ignore or ())
+            symkin.read_measurements(each, nominal, mapping, ignore=ignore or (), robot=robot)
             for each in measurements
         ])  # fmt: skip
         if printed is not None:
@@ -275,6 +276,8 @@ def identify_batch(
         with OutputFiles(inputs, overwrite) as outputs, searching(stage):
             target = outputs.folder(out, *Fleet.SOMETIMES, "report.html") if out else None
             mapping = columns_of(columns)
+            if mapping is not None:
+                nominal = nominal.replace(measurement_columns=mapping)
 
             def robots(whole: bool) -> Iterator[Robots]:
                 met, left_out = 0, ignore or ()

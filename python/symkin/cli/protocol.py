@@ -92,6 +92,7 @@ def plan(
     ] = None,
     columns: ColumnsOption = None,
     ignore: list[str] | None = None,
+    robot: str | None = None,
     by: Measured,
     seen: Observing,
     unknown: Unknown,
@@ -127,6 +128,7 @@ def plan(
         "--columns says how to read measurements; it goes with --measured alone",
     )
     refuse_unless(ignore is None or measured is not None, "--ignore goes with --measured alone")
+    refuse_unless(robot is None or measured is not None, "--robot goes with --measured alone")
     refuse_unless(
         time_limit is None or choosing.method == "exhaustive",
         "--time-limit goes with --method exhaustive alone",
@@ -137,7 +139,7 @@ def plan(
         mapping = columns_of(columns)
         needed = read_pose_list(required, loaded) if required else None
         taken = (
-            symkin.read_measurements(measured, loaded, mapping, ignore=ignore or ())
+            symkin.read_measurements(measured, loaded, mapping, ignore=ignore or (), robot=robot)
             if measured
             else None
         )

@@ -26,6 +26,7 @@ from symkin.model.poses import POSE_SPACES, PoseSpace, space_named, wrong_quater
 from symkin.model.sensor_table import SensorTable
 from symkin.model.settings import NoiseSettings
 from symkin.results import Result
+from symkin.shell import typed_word
 from symkin.values import Array, Value, field, read_only, record
 
 ALL_LEGS = -1  # the set of poses that serve every leg; in files it is 0, and legs count from 1
@@ -79,6 +80,7 @@ class MeasuredRows(Result):
     speeds: Array | None = None
     sensor_table: SensorTable | None = field(private=True, default=None)
     unread: tuple[str, ...] = field(compare=False, default=())
+    robot: str = field(compare=False, default="")
 
     def __post_init__(self) -> None:
         """Check that all arrays have a row for each pose, and that quaternions are rotations."""
@@ -496,6 +498,20 @@ class MeasuredRows(Result):
         return printable(self.source.name) if self.source else ""
 
     @property
+    def named(self) -> str:
+        """The same, with the robot if they are of one of many; empty without both."""
+        robot = f"robot {printable(self.robot)}" if self.robot else ""
+        return ", ".join(filter(None, (self.source_name, robot)))
+
+    @property
+    def typed(self) -> str:
+        """What a command line takes for them; empty without a file."""
+        if self.source is None:
+            return ""
+        robot = f" --robot {typed_word(self.robot)}" if self.robot else ""
+        return f"{typed_word(self.source)}{robot}"
+
+    @property
     def notes(self) -> tuple[str, ...]:
         """What to know of the table that they were read from."""
         if not self.unread:
@@ -584,14 +600,14 @@ class MeasuredRows(Result):
             raise MeasurementError(f"no subset of {len(self.poses)} rows: {error}") from None
         return self._part(state)
 
-    def split(self, ends: Iterable[int]) -> Iterator[Self]:
-        """Yield parts that follow each other, as views: rows up to each of `ends`."""
+    def split(self, ends: Iterable[int], robots: Iterable[str]) -> Iterator[Self]:
+        """Yield parts that follow each other, as views: rows up to each of `ends`, of a robot."""
         state = {each.name: getattr(self, each.name) for each in fields(self)}
         arrays = {name: value for name, value in state.items() if isinstance(value, np.ndarray)}
         first = 0
-        for end in ends:
+        for end, robot in zip(ends, robots, strict=True):
             rows = {name: value[first:end] for name, value in arrays.items()}
-            yield self._part(state | rows)
+            yield self._part({**state, **rows, "robot": robot})
             first = end
 
     def _part(self, state: dict[str, Any]) -> Self:

@@ -119,6 +119,8 @@ class Measurements(MeasuredRows):
         The mechanism's, which has made the readings straight; files have what the sensors show.
     unread : tuple of str
         Columns of the table that nothing was read from.
+    robot : str
+        Whose rows they are, of a table of many robots; else empty.
     """
 
     def columns(self, mechanism: Mechanism | None = None) -> Mapping[str, Any]:

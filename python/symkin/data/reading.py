@@ -31,15 +31,20 @@ from symkin.data.columns import (
     reading_column_names,
     stated_units,
 )
-from symkin.data.foreign import UNIT, mapping_for
+from symkin.data.foreign import UNIT, mapping_for, names_robots
 from symkin.data.joining import joined
 from symkin.data.measurements import ALL_LEGS, Measurements
 from symkin.data.observables import OBSERVABLES, Sizes
 from symkin.data.sensor_tables import read_straight_readings
 from symkin.data.tries import only_counting
-from symkin.data.unread import refuse_many_robots, refuse_what_is_missed, unread_columns
+from symkin.data.unread import (
+    refuse_several_robots,
+    refuse_unread_robots,
+    refuse_what_is_missed,
+    unread_columns,
+)
 from symkin.data.writing import LOST_ORIENTATION, lost_row
-from symkin.errors import MeasurementError
+from symkin.errors import MeasurementError, did_you_mean, few
 from symkin.model.file_frames import from_drawing
 from symkin.model.framing import unframed
 from symkin.model.given import MechanismGiven, as_mechanism
@@ -71,6 +76,7 @@ _MUCH_BETTER = 10.0
 # there: a fit is one only if the readings of other poses would not do as well.
 _BETTER_THAN_MIXED_UP = 5.0
 _MISTAKEN_FOR_EACH_OTHER = {"rad": ("rad", "deg", "rev"), "m": ("m", "mm", "cm", "inch")}
+_ROBOT = "the name or number of the robot that the row belongs to"
 _MIX = np.uint64(0x9E3779B97F4A7C15)  # an odd factor that spreads bits, 2^64 over the golden ratio
 
 
@@ -81,6 +87,7 @@ def read_measurements(
     columns: MeasurementColumns | None = None,
     *,
     ignore: Sequence[str] = (),
+    robot: str | None = None,
 ) -> Measurements:
     """Read measured poses and readings from a table.
 
@@ -101,6 +108,9 @@ def read_measurements(
     ignore : sequence of str
         Columns that are left out on purpose. Of others, `Measurements.unread` names those that
         nothing was read from.
+    robot : str, optional
+        Of a table of many robots, the one whose rows are read, by its name in the column ``robot``,
+        or in the only one that is called as such columns are (``serial``, ``SN``).
 
     Returns
     -------
@@ -116,19 +126,37 @@ def read_measurements(
         a quaternion that is not of unit length, a row without any reading, a repeated row, a
         reading or coordinate without a column beside one without use that may hold it, values whose
         units are evidently others than stated, or nothing observed but the readings of a
-        mechanism without redundant legs.
+        mechanism without redundant legs; rows of several robots, or none of the wanted one.
     """
     mechanism = as_mechanism(mechanism)
-    table = only_counting(read_table(source, mechanism.step))
-    robot = robot_column(mechanism, columns)
-    if robot in table.names and robot not in ignore:
-        count = len(table.labels(robot).distinct)
-        if count > 1:
-            raise table.error(
-                f'has rows of {count} robots, by its column "{robot}"; identify them by symkin '
-                "identify-batch, in Python by identify_many, or take out the rows of all others"
-            )
-    return measurements_of_table(table, mechanism, columns, ignore)
+    table = read_table(source, mechanism.step)
+    column = robot_column(mechanism, columns)
+    if robot is not None:
+        column = _column_of_robots(table, column)
+        table = _rows_of_robot(table, column, robot)
+    table = only_counting(table)
+    if column in table.names and column not in ignore:
+        refuse_several_robots(table, column)
+    measurements = measurements_of_table(table, mechanism, columns, ignore)
+    return measurements if robot is None else replace(measurements, robot=robot)
+
+
+def _column_of_robots(table: Table, column: str) -> str:
+    """The column that names robots, or else the only one that has a name as such a column has."""
+    others = [name for name in table.names if names_robots(name)]
+    if column not in table.names and len(others) == 1:
+        return others[0]
+    table.require(column, _ROBOT)
+    return column
+
+
+def _rows_of_robot(table: Table, column: str, robot: str) -> Table:
+    labels = table.labels(column)
+    names = list(labels.distinct)
+    if robot not in names:
+        near = did_you_mean(robot, names) or f" (there are {few(names, 5)})"
+        raise table.error(f'no robot is called "{robot}" in column "{column}"{near}')
+    return table.subset(np.flatnonzero(labels.codes == names.index(robot)))
 
 
 def as_measurements(measured: MeasuredSessions, mechanism: Mechanism) -> Measurements:
@@ -207,7 +235,7 @@ def measurements_by_robot(
     Parts have in common which numbers of their rows were met.
     """
     robot = robot_column(mechanism, columns)
-    table.require(robot, "the name or number of the robot that the row belongs to")
+    table.require(robot, _ROBOT)
     labels = table.labels(robot)
     starts = np.flatnonzero(np.append(True, np.diff(labels.codes) != 0))
     met = dict.fromkeys(labels.codes[starts].tolist())  # in their order of appearance
@@ -221,7 +249,7 @@ def measurements_by_robot(
         measurements = measurements.subset(np.argsort(robots, kind="stable"))
     ends = np.cumsum(np.bincount(robots))
     names = [labels.distinct[code] for code in met]
-    return dict(zip(names, measurements.split(ends.tolist()), strict=True))
+    return dict(zip(names, measurements.split(ends.tolist(), names), strict=True))
 
 
 def robot_column(mechanism: Mechanism, columns: MeasurementColumns | None) -> str:
@@ -269,7 +297,7 @@ def measurements_of_table(
     leg_sets = _leg_sets(table, columns, legs)
     unread = unread_columns(table, ignore)
     if robots is None:
-        refuse_many_robots(table, unread)
+        refuse_unread_robots(table, unread)
     if own:
         refuse_what_is_missed(table, columns, unread, space, mechanism.reading_unit)
     measurements = Measurements(

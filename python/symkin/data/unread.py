@@ -6,6 +6,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 
+import numpy as np
+
 from symkin.data.columns import has_observed_columns, is_present
 from symkin.data.foreign import names_robots
 from symkin.model.poses import POSE_SPACES
@@ -57,17 +59,37 @@ def refuse_what_is_missed(
                 )
 
 
-def refuse_many_robots(table: Table, unread: Sequence[str]) -> None:
+def refuse_several_robots(table: Table, column: str) -> None:
+    """Refuse a table as one robot's whose column of robots has several, which is read with this."""
+    labels = table.labels(column)
+    met = np.unique(labels.codes)
+    if len(met) > 1:
+        raise table.error(
+            f'has rows of {len(met)} robots, by its column "{column}"; '
+            f"{_one(labels.distinct[met[0]])}, and symkin identify-batch all, in Python "
+            "identify_many"
+        )
+
+
+def refuse_unread_robots(table: Table, unread: Sequence[str]) -> None:
     """Refuse a table as one robot's of which a column that is not read seems to name several."""
     for name in filter(names_robots, unread):
-        count = len({*table.texts(name)} - {""})
-        if count > 1:
+        met = dict.fromkeys(filter(None, table.texts(name)))
+        if len(met) > 1:
             raise table.error(
-                f'column "{name}" is not read, and has {count} different names: if these are '
-                f'robots, call it "robot" (or in a mapping robot = "{name}") and identify them by '
-                "symkin identify-batch, in Python by identify_many; if all rows are of one, leave "
-                f"it out ({_ignored(name)})"
+                f'column "{name}" is not read, and has {len(met)} different names: if these are '
+                f"robots, {_one(next(iter(met)))}, and symkin identify-batch all, in Python "
+                f'identify_many, if it is called "robot" (or in a mapping robot = "{name}"); if '
+                f"all rows are of one, leave it out ({_ignored(name)})"
             )
+
+
+def _one(robot: str) -> str:
+    """How a robot of a table of many is taken by itself."""
+    return (
+        f"symkin identify takes one of them with --robot {typed_word(robot)}, in Python "
+        f'read_measurements with robot="{robot}"'
+    )
 
 
 def _ignored(name: str) -> str:

@@ -199,6 +199,7 @@ class Estimate(Examined[M], FolderResult):
             "mechanism": self.nominal.name,
             "measurements": {
                 "file": measurements.source_name or None,
+                **({"robot": measurements.robot} if measurements.robot else {}),
                 "poses": len(measurements.poses),
             },
             "settings": plain(dataclasses.replace(self.options, noise=self.noise)),
@@ -301,7 +302,7 @@ class Estimate(Examined[M], FolderResult):
         measurements, unit = self.measurements, self.nominal.space.closure_unit
         header = [
             f"Identified by symkin: {self.nominal.name}, {len(measurements.poses)} poses "
-            f"({measurements.source_name or 'simulated measurements'}), "
+            f"({measurements.named or 'simulated measurements'}), "
             f"estimator {self.estimator}.",
             "Standard deviations are one sigma; what has none was held.",
             *([f"Gauge: {self.gauge}."] if self.gauge else []),

@@ -85,6 +85,9 @@ class Fleet(Result):
         The tolerances that the workshop keeps, if that was asked for.
     redrawn : Mechanism or None
         The drawing without the mistake that most doubtful robots have in common, if that is its.
+    sources : Mapping of str to str
+        By the names of robots that failed or are doubtful, what a command line takes for their
+        measurements, such as ``all.csv --robot A17``, if these are of files.
     """
 
     robots: tuple[str, ...]
@@ -105,6 +108,7 @@ class Fleet(Result):
     notes: tuple[Note, ...] = field(compare=False, default=())
     made_within: tuple[MadeWithin, ...] = ()
     redrawn: Mechanism | None = field(private=True, default=None)
+    sources: Mapping[str, str] = field(compare=False, default_factory=dict)
 
     derived = ("verdicts",)
     FILES: ClassVar[tuple[str, ...]] = ("fleet.csv", "report.html")
@@ -303,6 +307,7 @@ class Fleet(Result):
             ),
             made_within=tolerances_of(shares) if tolerances else (),
             redrawn=drawings.get(typical),
+            sources={names[at]: each for at, each in numbered(found, "typed").items() if each},
         )
 
 

@@ -44,6 +44,7 @@ class FleetPart:
     drawings: Mapping[int, Mechanism]  # as likely causes would have them
     together: Mapping[int, FoundTogether]
     unread: Mapping[tuple[str, ...], list[str]]
+    typed: Mapping[int, str]  # what a command line takes for those to look into
     shares: Sequence[Share] = field(default_factory=list)
 
 
@@ -91,6 +92,11 @@ def part_of(job: Job, robots: Robots, identified: Identified, looked_at: int) ->
         drawings,
         together,
         _unread(robots),
+        {
+            number: measured.typed
+            for number, measured in enumerate(robots.values())
+            if isinstance(measured, Measurements) and (failures[number] or doubts.get(number))
+        },
     )
 
 

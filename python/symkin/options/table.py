@@ -62,6 +62,9 @@ _ALL = (
     Option("ignore", list[str], metavar="COLUMN", seldom=_TABLES,
            help="A column of the measurements that is left out on purpose. May be given several "
                 "times."),
+    Option("robot", str, metavar="NAME", seldom=_TABLES,
+           help="Of a table of many robots, the one whose rows are read, by its name in the column "
+                "robot (or serial, SN, ...)."),
     # How poses are chosen
     Option("pose_count", int, metavar="N", least=1, most=10**6,
            help="Poses that each leg is identified from; by default the mechanism's."),

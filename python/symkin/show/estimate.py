@@ -37,7 +37,6 @@ from symkin.present import (
     page_of,
     summary_of,
 )
-from symkin.shell import typed_word
 from symkin.show.check import symmetry_section
 from symkin.show.devices import device_notes
 from symkin.show.evaluation import (
@@ -208,21 +207,21 @@ def _next_command(found: Estimate) -> str:
     asked = _asked(found)
     if found.corrected is not None or found.redrawn is not None or asked:
         corrected = dataclasses.replace(found.options, **asked).on_command_line()
-        source = found.measurements.source
-        if corrected is None or (found.corrected is None and source is None):
+        typed = found.measurements.typed
+        if corrected is None or (found.corrected is None and not typed):
             return ""
         robot = f"{{folder}}/{REDRAWN}" if found.redrawn is not None else typed_name(found.nominal)
-        table = f"{{folder}}/{CORRECTED}" if found.corrected is not None else typed_word(source)
+        table = f"{{folder}}/{CORRECTED}" if found.corrected is not None else typed
         return f"symkin identify {robot} {table}{corrected} --out corrected"
     if not found.trustworthy or found.heights is not None:
         return ""
     if found.cross_validation is not None:
         return "symkin evaluate {folder}/calibrated.toml --measurements measured-anew.csv"
-    source, options = found.measurements.source, found.options.on_command_line()
-    if source is None or options is None:
+    typed, options = found.measurements.typed, found.options.on_command_line()
+    if not typed or options is None:
         return ""
     return (
-        f"symkin identify {typed_name(found.nominal)} {typed_word(source)}{options} "
+        f"symkin identify {typed_name(found.nominal)} {typed}{options} "
         "--cross-validate 5 --out checked"
     )
 
@@ -339,7 +338,7 @@ def instrument_of(found: Estimate, kind: str) -> float:
 
 def _done(found: Estimate) -> str:
     measurements, nominal = found.measurements, found.nominal
-    source = f" ({measurements.source_name})" if measurements.source else ""
+    source = f" ({measurements.named})" if measurements.named else ""
     poses = len(measurements.poses)
     shared = sum(each.status == "shared" for each in found.unknowns)
     held = sum(each.status.partition(",")[0] == "held" for each in found.unknowns)

@@ -50,7 +50,7 @@ def measurements_page(taken: Measurements) -> Page:
     ]
     headlines += _observed(taken)
     return Page(
-        title=f"Measurements{' of ' + taken.source_name if taken.source else ''}",
+        title=f"Measurements{' of ' + taken.named if taken.named else ''}",
         subtitle=f"{taken.pose_space} poses",
         headlines=headlines,
         sections=[

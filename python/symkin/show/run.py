@@ -218,6 +218,7 @@ def fleet_page(fleet: Fleet) -> Page:
         judgement += f", {count(counts['doubtful'])} are doubtful"
     if counts["failed"]:
         judgement += f", {count(counts['failed'])} failed"
+    next_step, command = _next(fleet)
     return Page(
         title=f"{fleet.nominal.name}: {plural(total, 'robot')}",
         subtitle=f"estimator {fleet.options.estimator}",
@@ -230,7 +231,8 @@ def fleet_page(fleet: Fleet) -> Page:
         verdict=verdict,
         judgement=judgement,
         doubts=tuple(_doubts_of(fleet)),
-        next_step="" if fleet.redrawn is None else _REDRAWN,
+        next_step=next_step,
+        next_command=command,
         paragraphs=[f"It took {seconds}: {significant(fleet.robots_per_second)} robots a second."],
         notes=tuple(str(each) for each in fleet.notes if each.code != _SHARED),
         sections=[
@@ -238,6 +240,25 @@ def fleet_page(fleet: Fleet) -> Page:
             *_workshop(fleet),
         ],
     )
+
+
+def _next(fleet: Fleet) -> tuple[str, str]:
+    """What to do now, and the command: of robots that are doubted, first those not looked into."""
+    if fleet.redrawn is not None:
+        return _REDRAWN, ""
+    options = fleet.options.on_command_line()
+    if not fleet.sources or options is None:
+        return "", ""
+    robot = next(
+        (
+            robot
+            for robot, doubts in zip(fleet.robots, fleet.doubts, strict=True)
+            if robot in fleet.sources and any(each.code == "not-examined" for each in doubts)
+        ),
+        next(iter(fleet.sources)),
+    )
+    command = f"symkin identify {typed_name(fleet.nominal)} {fleet.sources[robot]}{options}"
+    return f"identify {robot} by itself, and so others", command
 
 
 def _residuals_of(fleet: Fleet) -> Iterator[Headline]:

@@ -19,6 +19,7 @@ from symkin.estimate import EstimateOptions, Fleet
 from symkin.estimate.fleet_sources import robots_of_files
 from symkin.model.framing import framed
 from symkin.model.settings import Frames, IdentificationSettings, NoiseSettings
+from symkin.shell import typed_word, words_of
 from symkin.storage.tables import write_table
 
 
@@ -334,6 +335,100 @@ def test_what_is_wrong_far_down_a_table_is_named_by_its_line(mechanism, robots, 
         assert main(["identify-batch", "3RRR", str(path)]) != 0
         told = capsys.readouterr()
         assert said in " ".join((told.out + told.err).split())
+
+
+@pytest.mark.parametrize("name", ["all.csv", "all.csv.gz", "all.parquet"])
+def test_a_robot_of_a_table_of_many_is_read_by_its_name(mechanism, robots, tmp_path, name):
+    order = np.random.default_rng(1).permutation(sum(map(len, robots.values())))
+    path = table_of(robots, tmp_path / name, order)
+    by_name = read_fleet(path, mechanism)
+    assert [each.robot for each in by_name.values()] == list(by_name)
+    for robot, expected in by_name.items():
+        read = symkin.read_measurements(path, mechanism, robot=robot)
+        assert read == expected
+        assert (read.robot, read.source) == (robot, path)
+        assert read.unread == expected.unread == ("remark",)
+        np.testing.assert_array_equal(read.row_numbers, expected.row_numbers)
+    with pytest.raises(MeasurementError, match=r'"robot 9" in column "robot"; did you mean "robot'):
+        symkin.read_measurements(path, mechanism, robot="robot 9")
+    with pytest.raises(
+        MeasurementError, match=r'"x" in column "robot" \(there are robot .* 1 more'
+    ):
+        symkin.read_measurements(path, mechanism, robot="x")
+    with pytest.raises(SymkinError, match="robot is 3; expected a text"):
+        symkin.read_measurements(path, mechanism, robot=3)
+    with pytest.raises(MeasurementError, match=r"rows of 6 robots.* --robot 'robot \d', in Python"):
+        symkin.read_measurements(path, mechanism)
+
+
+def test_what_is_wrong_with_other_robots_of_a_table_is_theirs(mechanism, robots, tmp_path):
+    path = table_of(robots, tmp_path / "all.csv")
+    lines = path.read_text().splitlines()
+    lines[-1] = ",".join([*lines[-1].split(",")[:-2], "none", "0"])
+    path.write_text("\n".join(lines) + "\n")
+    first = symkin.read_measurements(path, mechanism, robot="robot 1")
+    np.testing.assert_array_equal(first.readings, robots["robot 1"].readings)
+    with pytest.raises(
+        MeasurementError, match=f'row {len(lines)} has "none" in column "psi_3_rad"'
+    ):
+        symkin.read_measurements(path, mechanism, robot="robot 6")
+
+
+def test_tries_of_a_robot_that_were_taken_back_are_its_own(mechanism, robots):
+    columns = symkin.Measurements.columns(robots["robot 1"], mechanism)
+    count = len(robots["robot 1"])
+    status = ["ok"] * (2 * count)
+    status[1] = "undone"  # the second row of the first robot
+    table = {name: np.tile(values, 2) for name, values in columns.items()}
+    table |= {"robot": np.repeat(["a", "b"], count), "row": np.tile(np.arange(1, count + 1), 2)}
+    table["status"] = np.array(status)
+    for robot, kept in (("a", count - 1), ("b", count)):
+        assert len(symkin.read_measurements(table, mechanism, robot=robot)) == kept
+
+
+@pytest.mark.parametrize("column", ["serial", "SN"])
+def test_a_robot_is_read_by_another_column_that_names_robots(mechanism, robots, tmp_path, column):
+    path = table_of(robots, tmp_path / "all.csv")
+    path.write_text(path.read_text().replace("robot,", f"{column},", 1))
+    with pytest.raises(MeasurementError, match=f'"{column}" is not read, and has 6.*--robot'):
+        symkin.read_measurements(path, mechanism)
+    read = symkin.read_measurements(path, mechanism, robot="robot 2")
+    np.testing.assert_array_equal(read.readings, robots["robot 2"].readings)
+    assert read.unread == ("remark",)
+    path.write_text(path.read_text().replace(f"{column},", "who,", 1))
+    with pytest.raises(MeasurementError, match=r'column "robot" .* is missing'):
+        symkin.read_measurements(path, mechanism, robot="robot 2")
+
+
+def test_a_fleet_says_how_a_doubtful_robot_is_identified_by_itself(
+    mechanism, robots, tmp_path, capsys, monkeypatch
+):
+    monkeypatch.setattr("symkin.estimate.fleet_doubts._EXAMINED", 1)
+    loud = {
+        name: dataclasses.replace(each, readings=each.readings + 1e-3 * np.sin(each.readings * 99))
+        for name, each in robots.items()
+        if name in ("robot 3", "robot 5")
+    }
+    path = table_of(robots | loud, tmp_path / "all.csv")
+    fleet = symkin.identify_many(mechanism, path)
+    assert [fleet["robot 3"]["verdict"], fleet["robot 5"]["doubt_codes"]] == [
+        "doubtful", "not-examined",
+    ]  # fmt: skip
+    assert fleet.sources == {
+        robot: f"{typed_word(path)} --robot '{robot}'" for robot in ("robot 3", "robot 5")
+    }
+    fleet.save(tmp_path / "fleet.json")
+    assert symkin.read_result(tmp_path / "fleet.json").sources == fleet.sources
+    command = fleet.text().splitlines()[-1].strip()
+    assert command == f"symkin identify 3RRR {fleet.sources['robot 5']}"
+    assert main([*words_of(command)[1:], "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["measurements"]["robot"] == "robot 5"
+    alone = symkin.identify(mechanism, loud["robot 5"])
+    assert told["identification"]["chi_square"] == pytest.approx(alone.chi_square, rel=1e-9)
+    sound = symkin.identify_many(mechanism, table_of(robots, tmp_path / "sound.csv"))
+    assert sound.sources == {}
+    assert "Next" not in sound.text()
 
 
 def test_a_list_of_measurements_is_a_fleet_too(mechanism, robots):
