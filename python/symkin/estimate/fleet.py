@@ -7,6 +7,7 @@ import dataclasses
 import itertools
 import operator
 import os
+import re
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
@@ -17,7 +18,7 @@ import numpy as np
 
 from symkin import present
 from symkin.data.measurements import Measurements
-from symkin.errors import MeasurementError, SymkinError, did_you_mean, shown
+from symkin.errors import MeasurementError, SymkinError, did_you_mean, few, shown
 from symkin.estimate.covariates import steps_of
 from symkin.estimate.estimate import REDRAWN, save_corrections
 from symkin.estimate.evidence.findings import Doubt, Note
@@ -46,6 +47,9 @@ from symkin.results import Result
 from symkin.storage.output_files import OutputFiles
 from symkin.storage.tables import TableSource, write_table
 from symkin.values import Array, field, record
+
+_ZEROS = re.compile(r"(?<![\d.])0+(?=\d)")  # in front of a number
+_TOLD = 3  # pairs of names
 
 
 @record
@@ -301,6 +305,7 @@ class Fleet(Result):
             notes=(
                 *ended,
                 *(() if shared is None else (shared,)),
+                *_alike(names),
                 *(() if len(together) == len(names) else (Note("screened"),)),
                 *_notes(found),
                 *_of_all(together),
@@ -490,6 +495,17 @@ def _incomplete_because(robots: Robots) -> str:
     """Why no robot can be identified leg by leg; empty if one can, or if there is none."""
     reasons = [each.incomplete_because for each in robots.values() if not isinstance(each, str)]
     return next(iter(reasons), "") if all(reasons) else ""
+
+
+def _alike(names: Sequence[str]) -> Iterator[Note]:
+    """A note of names that are written differently, and may be of one robot."""
+    written: dict[str, list[str]] = {}
+    for name in names:
+        plain = _ZEROS.sub("", "".join(name.split()).casefold())
+        written.setdefault(plain, []).append(name)
+    alike = [" and ".join(f'"{each}"' for each in some) for some in written.values() if some[1:]]
+    if alike:
+        yield Note("names-alike", figures={"words": few(alike, _TOLD)})
 
 
 def _of_all(together: Mapping[int, FoundTogether]) -> Iterator[Note]:

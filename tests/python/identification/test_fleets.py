@@ -431,6 +431,23 @@ def test_a_fleet_says_how_a_doubtful_robot_is_identified_by_itself(
     assert "Next" not in sound.text()
 
 
+@pytest.mark.parametrize(
+    ("names", "told"),
+    [
+        (("277", "00277", "278"), '"277" and "00277"'),
+        (("A17", "a 17", "A017", "A170"), '"A17" and "a 17" and "A017"'),
+        (("1 ", "01", "x", "X"), '"1 " and "01", "x" and "X"'),
+        (("10", "1", "100", "0", "2"), None),
+        (("1.05", "1.5", "1", "A1"), None),
+    ],
+)
+def test_names_that_may_be_of_one_robot_are_told(mechanism, robots, names, told):
+    fleet = symkin.identify_many(mechanism, dict(zip(names, robots.values(), strict=False)))
+    notes = [str(note) for note in fleet.notes if note.code == "names-alike"]
+    assert [note.partition(" differ")[0] for note in notes] == ([] if told is None else [told])
+    assert fleet.robots == names  # they are as they were
+
+
 def test_a_list_of_measurements_is_a_fleet_too(mechanism, robots):
     fleet = symkin.identify_many(mechanism, list(robots.values())[:2])
     assert fleet.robots == ("1", "2")

@@ -368,6 +368,10 @@ NOTES: Mapping[str, Code] = {
         "{words}, so that the whole table was held in memory; sorted by robot, it is read a part "
         "at a time"
     ),
+    "names-alike": Code(
+        "{words} differ by zeros in front, spaces or case alone, and are different robots here: if "
+        "they are one, write its name alike in all rows"
+    ),
     "cause-shared": Code(
         "{count} of {examined} doubtful robots that were looked into have one cause, of which it "
         "is typical that {words}: it may be of the drawing, of a fixture or of the table rather "
