@@ -236,6 +236,7 @@ def measurements_by_robot(
     """
     robot = robot_column(mechanism, columns)
     table.require(robot, _ROBOT)
+    table = only_counting(table, robot)
     labels = table.labels(robot)
     starts = np.flatnonzero(np.append(True, np.diff(labels.codes) != 0))
     met = dict.fromkeys(labels.codes[starts].tolist())  # in their order of appearance

@@ -37,21 +37,34 @@ def counting_rows(statuses: list[str], numbers: list[str]) -> NDArray[np.intp]:
     )
 
 
-def only_counting(table: Table) -> Table:
+def only_counting(table: Table, robot: str = "") -> Table:
     """Return a table without the lines of tries that do not count, if it is one of tries.
+
+    Numbers of lines are those of each robot, if a column `robot` names several.
 
     Raises
     ------
     MeasurementError
-        If no line counts.
+        If no line counts, or none of a robot.
     """
     if STATUS not in table.names:
         return table
     statuses = table.texts(STATUS)
     numbers = table.texts(ROW) if ROW in table.names else [""] * len(statuses)
-    kept = counting_rows(statuses, numbers)
-    if not len(kept):
-        raise table.error(f'no row counts by its column "{STATUS}"; expected one that is ok')
+    robots = table.texts(robot) if robot in table.names else [""] * len(statuses)
+    lines: dict[str, list[int]] = {}
+    for line, name in enumerate(robots):
+        lines.setdefault(name, []).append(line)
+    counting = []
+    for name, own in lines.items():
+        places = counting_rows([statuses[line] for line in own], [numbers[line] for line in own])
+        if not len(places):
+            of = f' of robot "{name}"' if name else ""
+            raise table.error(
+                f'no row{of} counts by its column "{STATUS}"; expected one that is ok'
+            )
+        counting.append(np.array(own)[places])
+    kept = np.sort(np.concatenate(counting))
     # Who appends a row may not know when the session began: then the order is all there is.
     timed = TIME in table.names and all(np.array(table.texts(TIME))[kept])
     linked = any(name.startswith(PAIR) for name in table.names)

@@ -14,6 +14,7 @@ from symkin.data.reading import (
     read_fleet,
     robot_column,
 )
+from symkin.data.tries import only_counting
 from symkin.errors import MeasurementError, SymkinError
 from symkin.estimate.fleet_jobs import Robots
 from symkin.model.mechanism import Mechanism
@@ -52,8 +53,8 @@ def robots_of_files(
     for file, stem in zip(files, stems, strict=True):
         name = stem if stems.count(stem) == 1 else str(file)
         own: set[str] = set()
-        for found in _robots_of_file(mechanism, file, name, columns, ignore, whole):
-            _require_together(file, own, found)
+        for found in _robots_of_file(mechanism, file, name, columns, ignore, whole, own):
+            own.update(found)
             for robot in met & found.keys():
                 raise SymkinError(
                     f"{file}: is named twice"
@@ -83,11 +84,10 @@ def robots_of_table(
     numbers = NumbersMet()
     robot = robot_column(mechanism, columns)
     for number, table in enumerate(_tables(file, robot, mechanism.step, whole)):
-        found = measurements_by_robot(
+        _require_together(file, met, table, robot)
+        yield measurements_by_robot(
             table, mechanism, columns, ignore, is_first=not number, row_numbers=numbers
         )
-        _require_together(file, met, found)
-        yield found
 
 
 def _robots_of_file(
@@ -97,6 +97,7 @@ def _robots_of_file(
     columns: MeasurementColumns | None,
     ignore: Sequence[str],
     whole: bool,
+    met: set[str],
 ) -> Iterator[Robots]:
     """Of a file that cannot be read, or not to its end, its name and the reason."""
     robot = robot_column(mechanism, columns)
@@ -108,6 +109,7 @@ def _robots_of_file(
             if robot not in table.names:
                 if "robot" in table.names:
                     raise table.error(f'names robots by "robot"; by the mapping it is "{robot}"')
+                table = only_counting(table)
                 yield {name: measurements_of_table(table, mechanism, columns, ignore)}
                 return
         except StopIteration:
@@ -115,6 +117,7 @@ def _robots_of_file(
         except SymkinError as error:
             yield {name: str(error)}
             return
+        _require_together(file, met, table, robot)
         yield measurements_by_robot(
             table, mechanism, columns, ignore, is_first=not number, row_numbers=numbers
         )
@@ -127,9 +130,12 @@ def _tables(file: Path, robot: str, step: str, whole: bool) -> Iterator[Table]:
         yield from table_blocks(file, robot, step)
 
 
-def _require_together(file: Path, met: set[str], found: Robots) -> None:
+def _require_together(file: Path, met: set[str], table: Table, column: str) -> None:
     """Refuse robots that were met in parts before, and remember these."""
-    for robot in met & found.keys():
+    if column not in table.names:
+        return  # which is refused where it is read
+    found = table.labels(column).distinct
+    for robot in met.intersection(found):
         raise RowsApartError(f'{file}: the rows of robot "{robot}" do not stand together')
     met.update(found)
 

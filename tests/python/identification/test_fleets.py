@@ -384,6 +384,34 @@ def test_tries_of_a_robot_that_were_taken_back_are_its_own(mechanism, robots):
     table["status"] = np.array(status)
     for robot, kept in (("a", count - 1), ("b", count)):
         assert len(symkin.read_measurements(table, mechanism, robot=robot)) == kept
+    assert {robot: len(each) for robot, each in read_fleet(table, mechanism).items()} == {
+        "a": count - 1, "b": count,
+    }  # fmt: skip
+    table["status"] = np.repeat(["undone", "ok"], count)
+    with pytest.raises(MeasurementError, match='no row of robot "a" counts'):
+        read_fleet(table, mechanism)
+
+
+def test_a_fleet_reads_tables_of_tries_as_one_robot_is_read(mechanism, robots, tmp_path):
+    columns = symkin.Measurements.columns(robots["robot 1"], mechanism)
+    count = len(robots["robot 1"])
+    table = {name: np.append(values, values[-1]) for name, values in columns.items()}
+    table |= {"row": [*range(1, count + 1), 3], "status": ["ok"] * count + ["undone"]}
+    write_table(tmp_path / "one.csv", table)
+    read = symkin.read_measurements(tmp_path / "one.csv", mechanism)
+    assert len(read) == count - 1
+    assert next(robots_of_files(mechanism, [tmp_path / "one.csv"])) == {"one": read}
+    # What takes a row back may stand far below it, behind other robots.
+    lines = [{name: values[line] for name, values in table.items()} for line in range(count + 1)]
+    rows = [
+        *({"robot": "a", **line} for line in lines[:-1]),
+        *({"robot": "b", **line} for line in lines[:-1]),
+        {"robot": "a", **lines[-1]},
+    ]
+    write_table(tmp_path / "all.csv", {name: [row[name] for row in rows] for name in rows[0]})
+    fleet = symkin.identify_many(mechanism, tmp_path / "all.csv")
+    alone = symkin.identify_many(mechanism, {"a": read, "b": robots["robot 1"]})
+    np.testing.assert_array_equal(fleet.parameters, alone.parameters)
 
 
 @pytest.mark.parametrize("column", ["serial", "SN"])
