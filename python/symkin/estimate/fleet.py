@@ -393,6 +393,8 @@ frames, sensor, gauge, loss_per, assume, drift, step, growth, backlash, sessions
         be read, no Dask where it is needed.
     """
     mechanism = as_mechanism(mechanism)
+    if columns is not None:  # what is redrawn or proposed reads such tables, too
+        mechanism = mechanism.replace(measurement_columns=columns)
 
     def robots(whole: bool) -> Iterable[Robots]:
         if isinstance(measurements, str | os.PathLike):

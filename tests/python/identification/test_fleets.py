@@ -454,6 +454,19 @@ def test_a_fleet_says_how_a_doubtful_robot_is_identified_by_itself(
     assert told["measurements"]["robot"] == "robot 5"
     alone = symkin.identify(mechanism, loud["robot 5"])
     assert told["identification"]["chi_square"] == pytest.approx(alone.chi_square, rel=1e-9)
+    mapping = tmp_path / "columns.toml"
+    mapping.write_text(
+        'measurements = { position = ["x_m", "y_m"], angle = "phi_rad", leg = "leg", robot = "ID", '
+        'readings = ["psi_1_rad", "psi_2_rad", "psi_3_rad"] }'
+    )
+    path.write_text(path.read_text().replace("robot,", "ID,", 1))
+    mapped = symkin.identify_many(mechanism, path, columns=symkin.load_columns(mapping))
+    assert mapped.sources == fleet.sources
+    command = mapped.text().splitlines()[-1].strip()
+    assert f"--columns {typed_word(mapping)} {fleet.sources['robot 5']}" in command
+    assert main([*words_of(command)[1:], "--json"]) == 0
+    again = json.loads(capsys.readouterr().out)
+    assert again["identification"] == told["identification"]
     sound = symkin.identify_many(mechanism, table_of(robots, tmp_path / "sound.csv"))
     assert sound.sources == {}
     assert "Next" not in sound.text()
