@@ -984,6 +984,52 @@ def test_rows_of_another_robot_are_told_from_which_row_on(name, options):
     assert told.explains
 
 
+def test_a_sag_is_no_other_robot():
+    robot = symkin.load_mechanism("2RRR_PRP")
+    said = []
+    for seed in range(4):
+        taken = at_random(robot, seed, disturb_but_gains(robot, seed)).for_all_legs()
+        poses = np.array(taken.poses)
+        squares = np.square(poses[:, :2] - robot.home[:2]).sum(axis=1)
+        poses[:, 1] -= 5e-4 * squares / squares.max()
+        found = symkin.identify(robot, replace(taken, poses=poses), fixed=["sensor_gain"])
+        said.append({each.code for each in found.doubts})
+    assert all("sags" in codes and "rows-of-another-robot" not in codes for codes in said)
+
+
+def test_a_distorted_device_is_told_where_gains_are_held_and_not_a_gain():
+    """Gains in metres that are held say how long lengths are, so a scale is seen, too."""
+    robot = symkin.load_mechanism("2RRR_PRP")
+    for seed in range(4):
+        taken = at_random(robot, seed, disturb_but_gains(robot, seed)).for_all_legs()
+        poses = np.array(taken.poses)
+        poses[:, 0] += 0.01 * (poses[:, 0] - poses[:, 0].mean())
+        found = symkin.identify(robot, replace(taken, poses=poses), fixed=["sensor_gain"])
+        told = found.doubts[0]
+        assert told.code == "device-distorted"
+        assert re.match(r"longer along x .*, too large by 0\.\d+ %", told.figures["terms"])
+        assert "gain" not in {each.code for each in found.doubts}
+
+
+def test_gains_that_are_held_and_wrong_are_no_scale_of_the_device():
+    robot = symkin.load_mechanism("2RRR_PRP")
+    parameters = robot.parameters.copy()
+    parameters[:, list(robot.parameter_names).index("sensor_gain")] *= 1.01
+    made = robot.with_parameters(parameters)
+    for seed in range(4):
+        taken = at_random(robot, seed, made).for_all_legs()
+        told = symkin.identify(robot, taken, fixed=["sensor_gain"]).doubts[0]
+        assert told.code in ("drawn-wrong", "held-is-wrong")
+
+
+def disturb_but_gains(robot, seed):
+    """As made, with the gains of the drawing."""
+    made, place = disturb(robot, seed), list(robot.parameter_names).index("sensor_gain")
+    parameters = made.parameters.copy()
+    parameters[:, place] = robot.parameters[:, place]
+    return made.with_parameters(parameters)
+
+
 def test_zeros_set_anew_and_a_device_that_was_moved_are_no_other_robot():
     robot = symkin.load_mechanism("3RRR")
     taken = at_random(robot, 1).for_all_legs()

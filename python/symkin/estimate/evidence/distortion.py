@@ -24,6 +24,7 @@ from symkin.estimate.found import Found
 from symkin.values import Array
 
 _SEEN = 1e-3  # of a field, at least, that other unknowns leave
+_HELD = 0.02  # of a scale, if what is held does: lengths leave thousandths, away from the truth
 _CLEAR = 4.0  # standard deviations of a term that is named
 _MOST, _HALVINGS = 100.0, 30  # of standard deviations in which what is seen is looked for
 
@@ -75,8 +76,10 @@ def columns_of_distortion(found: Found, rows: Rows) -> tuple[dict[str, Array], f
     if not 0 < reach < np.inf:
         return {}, reach
     axes = found.nominal.space.position
-    by_name = _fields(places, reach, axes, scale=len(found.prior_rows) > 0)
+    by_name = _fields(places, reach, axes)
     columns = {name: _column(rows, axes, displaced) for name, displaced in by_name}
+    if not len(found.prior_rows) and not _is_seen(rows, columns["scale"], _HELD):
+        del columns["scale"]
     return {name: each for name, each in columns.items() if _is_seen(rows, each)}, reach
 
 
@@ -112,12 +115,11 @@ def seen_from(rows: Rows, columns: Mapping[str, Array], power: float) -> dict[st
     }
 
 
-def _fields(
-    places: Array, reach: float, axes: Sequence[str], *, scale: bool
-) -> Iterator[tuple[str, Array]]:
+def _fields(places: Array, reach: float, axes: Sequence[str]) -> Iterator[tuple[str, Array]]:
     """Displacements of positions, shape (n, size), of a metre at the outermost place at most.
 
-    A scale alone is what the lengths of a robot do, unless something says how long they are.
+    A scale alone is what the lengths of a robot do, unless something says how long they are, as
+    tolerances or gains that are held.
     """
     away = (places - places.mean(axis=0)) / reach
     for i, j in itertools.combinations(range(len(axes)), 2):
@@ -128,8 +130,7 @@ def _fields(
             yield f"stretch {axes[i]}{axes[j]}", stretch
         yield f"shear {axes[i]}{axes[j]}", shear
     yield "lens", away * np.square(away).sum(axis=1, keepdims=True)
-    if scale:
-        yield "scale", places / reach
+    yield "scale", places / reach
 
 
 def _column(rows: Rows, axes: Sequence[str], displaced: Array) -> Array:
@@ -145,9 +146,9 @@ def _column(rows: Rows, axes: Sequence[str], displaced: Array) -> Array:
     return column
 
 
-def _is_seen(rows: Rows, column: Array) -> bool:
+def _is_seen(rows: Rows, column: Array, least: float = _SEEN) -> bool:
     """Whether the unknowns leave something of it."""
-    return rows.length(column) > _SEEN * float(np.linalg.norm(column)) > 0
+    return rows.length(column) > least * float(np.linalg.norm(column)) > 0
 
 
 def words_of(name: str, size: float, reach: float) -> str:

@@ -257,12 +257,13 @@ def _noticed(
 def _with_distortion(symptoms: list[Doubt], distorted: Doubt | None) -> list[Doubt]:
     """What is told if a distorted device would explain it all.
 
-    Changes, sensors, frames and a sag explain a part of that, as it does of what is due to them.
+    Changes, sensors, frames, a sag and what is held explain a part of that, as it does of what is
+    due to them.
     """
     whole = whole_change(symptoms)
     if distorted is None or (whole is not None and math.isnan(whole.p)):
         return symptoms
-    rivals = [each for each in symptoms if each.options or each.code == "sags"]
+    rivals = [each for each in symptoms if each.options or each.code in ("sags", "held-is-wrong")]
     rivals = [each for each in rivals if math.isfinite(each.p)]
     best = min(rivals, key=lambda each: each.p, default=distorted)
     if best.p < _AS_LIKELY * distorted.p:
@@ -518,6 +519,8 @@ def _judged(estimate: Found, what: Noticed) -> Evidence:
             if cause is not None and unlike == {*cause.rows}:  # which tells how far each is off
                 cause = None
     most = next((each for each in what.symptoms if each.figures.get("most") is True), None)
+    if most is not None and most.code == _DISTORTED and cause is not None and not cause.explains:
+        cause = None  # which explains a part of what that explains
     if cause is None and most is not None:
         doubts = (*what.lasting, *_beside(most, what.symptoms))
     told = doubts if cause is None else (cause, *what.lasting)

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,9 @@ from symkin.errors import SymkinError
 from symkin.estimate.evidence.changes import Rows, is_noise, rows_of_changes
 from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.evidence.residuals import ALARMS
+from symkin.estimate.evidence.sag import columns_of_sag
 from symkin.estimate.found import Found
+from symkin.values import Array
 
 _ROWS = 200  # at which a part may begin
 _SEEN = 1e-6  # of an unknown: what a part shows
@@ -23,7 +25,8 @@ _LEAST = 5  # conditions to spare in a part
 def of_another_robot(found: Found, fitted: Callable[..., Found | None]) -> Doubt | None:
     """Say from which row on they are, if each part fits by itself.
 
-    Not where zeros that were set anew and a device that was moved would explain it: a step of each.
+    Not where zeros that were set anew and a device that was moved would explain it, a step of each,
+    or a sag.
     """
     try:
         rows = rows_of_changes(found, ())
@@ -32,7 +35,8 @@ def of_another_robot(found: Found, fitted: Callable[..., Found | None]) -> Doubt
     if rows is None or rows.spare < 1 or found.noise_is_estimated or found.options.loss != "none":
         return None
     begin = _begin(rows)
-    if begin is None or _has_stepped(rows, begin):
+    sag = columns_of_sag(found, rows).values()
+    if begin is None or _has_stepped(rows, begin) or _leave_noise(rows, sag):
         return None
     whole = np.sort(rows.order[begin:])
     parts: list[Any] = []
@@ -78,7 +82,12 @@ def _has_stepped(rows: Rows, begin: int) -> bool:
     later = (np.arange(len(rows.residual)) >= begin)[:, None]
     legs = [later * rows.by_leg[..., leg] for leg in range(rows.by_leg.shape[2])]
     base = [later * rows.by_base[..., each] for each in range(len(rows.components))]
-    columns = [each for each in (*legs, *base) if rows.length(each) > _SEEN * np.linalg.norm(each)]
-    if not columns:
+    return _leave_noise(rows, (*legs, *base))
+
+
+def _leave_noise(rows: Rows, columns: Iterable[Array]) -> bool:
+    """Whether these do, if any are seen."""
+    seen = [each for each in columns if rows.length(each) > _SEEN * np.linalg.norm(each)]
+    if not seen:
         return False
-    return is_noise(rows.square - rows.explained(columns).drop, rows.spare - len(columns))
+    return is_noise(rows.square - rows.explained(seen).drop, rows.spare - len(seen))
