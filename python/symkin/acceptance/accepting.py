@@ -16,7 +16,6 @@ from symkin.acceptance.certificate import ABOUT, Acceptance, Judged, Kind, Teste
 from symkin.acceptance.doubts import (
     likely_cause,
     rows_left_out,
-    rows_that_stand_still,
     why_it_failed,
 )
 from symkin.acceptance.limits import (
@@ -35,6 +34,7 @@ from symkin.data.measurements import Measurements
 from symkin.data.reading import Measured, as_measurements
 from symkin.errors import SymkinError, did_you_mean
 from symkin.estimate.estimate import Estimate
+from symkin.estimate.evidence.standing import what_stands_still
 from symkin.model.given import MechanismGiven
 from symkin.model.mechanism import Mechanism
 from symkin.options import Frame, Judge, checks
@@ -106,7 +106,8 @@ def accept(
     try:
         tested = Tested(model, table, noise)
     except SymkinError as error:
-        cause = rows_that_stand_still(table) or likely_cause(found, model, table)
+        still = [each.cause for each in what_stands_still(model, table)]
+        cause = still or likely_cause(found, model, table)
         if not cause:
             raise
         raise SymkinError(f"{error}; {'; '.join(cause)}") from error
@@ -153,7 +154,8 @@ def accept(
         )
         for index, rows in enumerate(visits)
     )
-    doubts = [*rows_left_out(table), *rows_that_stand_still(table)]
+    still = [each.cause for each in what_stands_still(model, table)]
+    doubts = [*rows_left_out(table), *still]
     if failed := next((each for each in judged if each.verdict == "fail"), None):
         doubts = doubts or why_it_failed(found, model, table, tested, failed, moved)
     return Acceptance(

@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from symkin.acceptance.certificate import Judged
 from symkin.acceptance.limits import limits_of_rms
@@ -21,13 +20,10 @@ from symkin.estimate.estimate import Estimate
 from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.identification import identify
 from symkin.model.mechanism import Mechanism
-from symkin.model.poses import POSE_SPACES
 from symkin.present import asker
 
 _WORSE = 1.1  # times the error of the drawing: no longer that of a calibration which helps little
-_FEWEST = 3  # rows in turn that are the same to the last digit where most else moves
 _NAMED = 5
-_MOVES = 1e-3  # of its range: what moves, from a row to the next
 _UNLIKE = ("residuals-large", "far-from-drawing", "out-of-reach")
 
 
@@ -83,41 +79,6 @@ def rows_left_out(table: Measurements) -> list[str]:
         "nothing is known of the robot there, and the others may be those where it does well"
     )
     return [words] * bool(len(rows))
-
-
-def rows_that_stand_still(table: Measurements) -> list[str]:
-    """What is the same in rows in turn, to the last digit, where most else moves."""
-    space, legs = POSE_SPACES[table.pose_space], table.readings.shape[1]
-    columns = np.hstack([table.poses[:, : space.size], table.readings])
-    ranges = np.nanmax(columns, axis=0, initial=-np.inf) - np.nanmin(
-        columns, axis=0, initial=np.inf
-    )
-    steps = np.diff(columns, axis=0)
-    moves, seen = np.abs(steps) > _MOVES * ranges, np.isfinite(columns).any(axis=0)
-    named = [("what the device sees", list(range(space.size)))]
-    named += [(name, [i]) for i, name in enumerate(space.position)]
-    named += [(f"the reading of leg {leg + 1}", [space.size + leg]) for leg in range(legs)]
-    for name, own in named:
-        others = np.delete(moves & seen, own, axis=1).sum(axis=1)
-        others = 2 * others > np.delete(seen, own).sum()
-        first, last = _longest((steps[:, own] == 0).all(axis=1) & others)
-        if last - first + 1 >= _FEWEST:
-            begin, end = table.row_numbers[[first, last]]
-            return [
-                f"{name} is the same in rows {begin} to {end}, to the last digit, while the "
-                "others move: did it stand still, or was it not read?"
-            ]
-    return []
-
-
-def _longest(still: NDArray[np.bool_]) -> tuple[int, int]:
-    """The first and the last row of the longest run in which none differs from the one before."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], still.astype(int), [0]])))
-    runs = edges.reshape(-1, 2)
-    if not len(runs):
-        return 0, 0
-    first, last = runs[np.argmax(runs[:, 1] - runs[:, 0])]
-    return int(first), int(last)
 
 
 def _identified(

@@ -294,7 +294,7 @@ SILENT_ERRORS = [
     SilentError("no pose to spare", first(0), ("nothing-to-spare", "little-to-spare")),
     SilentError("one pose to spare", first(1), ("little-to-spare",)),
     SilentError("poses alike", alike, ("parameters-alike", "parameters-unknown", "show")),
-    SilentError("a constant leg", column(0, lambda _, r: np.full_like(r, r[0])), ("show",)),
+    SilentError("a constant leg", column(0, lambda _, r: np.full_like(r, r[0])), ("stands-still",)),
     SilentError("8-bit readings", with_readings(quantised), ("readings-coarse", "residuals-large")),
     SilentError("copies of poses", copied, ("rows-copied",)),
 ]

@@ -12,7 +12,9 @@ import symkin
 from symkin.analysis.conventions import taken_as
 from symkin.estimate.evidence.assignment import assigned
 from symkin.estimate.evidence.measured import copied_columns, taken_as_drawn
+from symkin.estimate.evidence.standing import what_stands_still
 from symkin.model.poses import poses_of
+from symkin.planning.made import disturb
 
 DECLARED = Path(__file__).parents[3] / "mechanisms" / "declared"
 MECHANISMS = ("3RRR", "rotary_delta", "3RPS", "2RRR_PRP", "hexa")
@@ -171,6 +173,81 @@ def test_of_a_drawing_that_reaches_nothing_no_column_is_told_to_be_copied():
     taken = taken_as_drawn(far, replace(table, readings=readings))
     assert not np.isfinite(far.inverse_kinematics(taken.poses)).any()
     assert list(copied_columns(taken)) == []
+
+
+@pytest.mark.parametrize(
+    "options", [{}, {"estimator": "joint"}, {"prior": "tolerances"}, {"frames": ["base"]}], ids=str
+)
+@pytest.mark.parametrize("rows", [slice(12, 16), slice(None)], ids=["some", "all"])
+def test_a_sensor_that_was_not_read_is_told_with_its_rows(taken, rows, options):
+    robot, table = taken
+    readings = np.array(table.readings)
+    readings[rows, 1] = readings[rows, 1][0]
+    try:
+        told, *rest = symkin.identify(robot, replace(table, readings=readings), **options).doubts
+    except symkin.SymkinError as error:
+        told, rest = error.likely_cause, []
+    assert (told.code, told.legs) == ("stands-still", (1,))
+    assert told.rows == tuple(table.row_numbers[rows].tolist())
+    assert not rest
+
+
+def test_of_a_plan_with_poses_for_each_leg_a_sensor_that_was_not_read_is_told(planned):
+    robot, table = planned
+    (used,) = np.nonzero(np.isfinite(table.readings[:, 1]))
+    readings = np.array(table.readings)
+    readings[used[3:8], 1] = readings[used[3], 1]
+    (told,) = symkin.identify(robot, replace(table, readings=readings)).doubts
+    assert (told.code, told.legs) == ("stands-still", (1,))
+    assert told.rows == tuple(table.row_numbers[used[3:8]].tolist())
+
+
+@pytest.mark.parametrize("columns", [[0], [0, 1, 2]])
+def test_a_device_that_shows_what_it_showed_is_told(columns):
+    robot = symkin.load_mechanism("hexapod_jugglebot")
+    table = robot.simulate(robot.plan(40, seed=1, candidates=400), seed=1).measurements
+    poses = np.array(table.poses)
+    poses[5:9, columns] = poses[5, columns]
+    (told,) = symkin.identify(robot, replace(table, poses=poses)).doubts
+    assert (told.code, told.legs) == ("stands-still", ())
+    assert ("x" if len(columns) == 1 else "what the device sees") in told.words.split(" is ")[0]
+
+
+@pytest.mark.parametrize("name", [*MECHANISMS, "hexapod_jugglebot", "5bar", "hexaglide"])
+def test_a_leg_that_a_plan_keeps_where_it_is_was_read(name):
+    robot = symkin.load_mechanism(name)
+    random, noise = np.random.default_rng(1), robot.noise.position
+    sample = symkin.sample_workspace(robot, 60, seed=1).poses
+    for leg in range(len(robot.legs)):
+        actual = disturb(robot, leg)
+        readings = actual.inverse_kinematics(sample)
+        readings[:, leg] = readings[0, leg]
+        poses, reached = actual.forward_kinematics(readings, sample)
+        assert reached.sum() > 10
+        poses = np.array(poses)
+        places = poses[:, : robot.space.size]
+        places += noise * random.standard_normal(places.shape)
+        rested = symkin.Measurements.of(poses[reached], readings[reached])
+        assert list(what_stands_still(robot, rested)) == []
+        # And in a row of a raster, measured without noise.
+        again = np.array(sample)
+        again[:, 0] = sample[0, 0]
+        made = robot.inverse_kinematics(again)
+        whole = np.isfinite(made).all(axis=1)
+        assert whole.sum() > 3
+        raster = symkin.Measurements.of(again[whole], made[whole])
+        assert list(what_stands_still(robot, raster)) == []
+
+
+def test_readings_of_a_coarse_sensor_were_read(taken):
+    robot, table = taken
+    order = np.argsort(table.readings[:, 0])
+    slow = table.subset(order)
+    step = np.ptp(slow.readings[:, 0]) / 16
+    readings = np.array(slow.readings)
+    readings[:, 0] = step * np.round(readings[:, 0] / step)
+    assert (np.diff(readings[:, 0]) == 0).sum() > 10
+    assert list(what_stands_still(robot, replace(slow, readings=readings))) == []
 
 
 @pytest.mark.parametrize("name", ["3RRR", "3RPS"])

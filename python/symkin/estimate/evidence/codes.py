@@ -186,6 +186,11 @@ DOUBTS: Mapping[str, Code] = {
         "the readings of {legs} are the same in all {count} rows, as where a column was copied",
         "look where the columns come from",
     ),
+    "stands-still": Code(
+        "{what} is the same in rows {first} to {last}, to the last digit, while the others move, "
+        "and by the drawing so should it: it stood still, or was not read",
+        "look at the sensor and its cable, and measure these rows again",
+    ),
     "readings-coarse": Code(
         "the readings of {legs} take only {count} values in steps of {size:.3g} {unit}: rounded, "
         "repeated, or of a coarse sensor"

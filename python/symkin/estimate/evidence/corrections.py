@@ -31,6 +31,7 @@ from symkin.estimate.evidence.measured import copied_columns, taken_as_drawn
 from symkin.estimate.evidence.numbers import numbers_of_the_drawing
 from symkin.estimate.evidence.residuals import BETTER
 from symkin.estimate.evidence.screen import FIRST, Screen, ShortList, agrees
+from symkin.estimate.evidence.standing import what_stands_still
 from symkin.estimate.evidence.trial import LITTLE, SECOND, Correction, Statement, per_degree
 from symkin.estimate.evidence.watching import is_watched
 from symkin.estimate.fit import LOOK_FOR
@@ -167,7 +168,8 @@ def explained(
         tried: tuple[Hypothesis, ...] = ()
         try:
             copied = copied_columns(taken_as_drawn(mechanism, measurements))
-            plain = itertools.chain(copied, exchanged_points(mechanism, measurements))
+            still = what_stands_still(mechanism, measurements)
+            plain = itertools.chain(still, copied, exchanged_points(mechanism, measurements))
             cause = next(plain, None)
             if cause is None:
                 tried = hypotheses_of(mechanism, measurements, options, by_leg=by_leg)

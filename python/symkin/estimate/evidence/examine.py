@@ -79,6 +79,7 @@ from symkin.estimate.evidence.sessions import (
     shift_that_explains,
 )
 from symkin.estimate.evidence.shown_noise import doubts_of_directions
+from symkin.estimate.evidence.standing import what_stands_still
 from symkin.estimate.evidence.watching import is_watched
 from symkin.estimate.evidence.wider import Alternative, alternatives_of, doubts_of_models
 from symkin.estimate.fit import by_leg
@@ -118,7 +119,7 @@ _OF_NOISE = {*_OF_SCATTER, "residuals-small"}
 # How far parameters are from the drawing, which any of these makes of a sound robot's.
 _OF_PARAMETERS = {"moved-together", "parameters-far", "far-from-drawing", "parameters-unknown"}
 # What a table says itself, without a robot.
-_PLAIN = {"columns-copied", "points-exchanged"}
+_PLAIN = {"stands-still", "columns-copied", "points-exchanged"}
 _MENDED: dict[str, Callable[[Found], Measurements]] = {
     "turns-lost": lambda found: with_lost_turns(taken_from(found), found.measurements),
     "points-exchanged": lambda found: with_points_in_order(found.nominal, found.measurements),
@@ -210,7 +211,13 @@ def _noticed(
     model: Fitting,
 ) -> Noticed:
     taken = taken_from(found)
-    plain = (*copied_columns(taken), *exchanged_points(found.nominal, found.measurements))
+    framed = found.mechanism if found.converged else found.nominal
+    drawn = found.nominal.replace(frames=framed.frames)
+    plain = (
+        *what_stands_still(drawn, found.measurements),
+        *copied_columns(taken),
+        *exchanged_points(found.nominal, found.measurements),
+    )
     if plain:  # and then all else says nothing
         return Noticed(tuple(size), plain, (), ())
     result = diagnosed(found)
