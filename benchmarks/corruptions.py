@@ -433,6 +433,10 @@ CORRUPTIONS: Mapping[str, Corruption] = {
     "a leg's column copied": Corruption(
         readings(lambda _, r, __: r[:, [0, 0, *range(2, r.shape[1])]]), ("columns-copied",)
     ),
+    "a sensor not read": Corruption(first(lambda r: np.full_like(r, r[0])), ("stands-still",)),
+    "a sensor not read in four rows": Corruption(
+        first(lambda r: np.concatenate([r[:9], np.full(4, r[9]), r[13:]])), ("stands-still",)
+    ),
     "half the file twice": Corruption(twice, ("rows-copied",)),
     "half the rows of another robot": Corruption(halves, ("rows-of-another-robot",)),
     "a leg read twice as far": Corruption(first(lambda r: 2 * r), ("gain",)),
