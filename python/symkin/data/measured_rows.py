@@ -32,6 +32,7 @@ from symkin.values import Array, Value, field, read_only, record
 ALL_LEGS = -1  # the set of poses that serve every leg; in files it is 0, and legs count from 1
 # What may have been observed besides poses and readings.
 _FURTHER = tuple(each for each in OBSERVABLES.values() if each.is_further)
+_DEVIATIONS = tuple(each.deviations for each in OBSERVABLES.values())
 _BETWEEN = tuple(each for each in OBSERVABLES.values() if each.between_rows)
 _NEARLY_ONE = 1e-6  # of an axis as it is written
 
@@ -363,8 +364,8 @@ class MeasuredRows(Result):
             if row is not None:
                 more = f"more than a pose and readings: {each.name}"
                 return f"row {self.row_numbers[row]} has {more}"
-        for each in OBSERVABLES.values():
-            row = _first_row(getattr(self, each.deviations))
+        for name in _DEVIATIONS:
+            row = _first_row(getattr(self, name))
             if row is not None:
                 return f"row {self.row_numbers[row]} has standard deviations of its own"
         return ""

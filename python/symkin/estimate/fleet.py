@@ -495,8 +495,10 @@ def _looked_at(parts: Iterable[Robots]) -> tuple[Robots, Iterable[Robots]]:
 
 def _incomplete_because(robots: Robots) -> str:
     """Why no robot can be identified leg by leg; empty if one can, or if there is none."""
-    reasons = [each.incomplete_because for each in robots.values() if not isinstance(each, str)]
-    return next(iter(reasons), "") if all(reasons) else ""
+    tables = [each for each in robots.values() if not isinstance(each, str)]
+    if any(each.complete for each in tables):
+        return ""
+    return next((each.incomplete_because for each in tables), "")
 
 
 def _alike(names: Sequence[str]) -> Iterator[Note]:
