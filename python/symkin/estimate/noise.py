@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -119,13 +120,7 @@ def _extrapolated(history: list[tuple[Array, Array]]) -> Array:
 def _shares(problem: Problem, fit: _core.JointFit) -> dict[str, Share]:
     """What the rows say of each noise that is not zero."""
     rows = Rows.of(fit)
-    within = _in_deviations(problem, rows)
-    shown = np.isfinite(within) & np.isfinite(rows.t) & (rows.t != 0) & _undeclared(problem, rows)
-    found = {}
-    for name, own in _rows_of_parts(problem, rows).items():
-        used = own & shown
-        if used.any():
-            found[name] = _share(within[used], rows.t[used])
+    found = _shares_of(problem, rows, _rows_of_parts(problem, rows))
     if not found:
         raise SymkinError("no observation is redundant, so the noise cannot be estimated")
     return found
@@ -133,17 +128,22 @@ def _shares(problem: Problem, fit: _core.JointFit) -> dict[str, Share]:
 
 def shares_by_axis(problem: Problem, fit: _core.JointFit) -> dict[str, Share]:
     """What positions and points say along each axis of the device; nothing without such."""
-    rows, taken = Rows.of(fit), problem.measurements
-    within, size = _in_deviations(problem, rows), taken.space.size
-    kinds = np.array(KINDS)[rows.kind]
-    place = ((kinds == "pose") & (rows.index < size)) | (kinds == "points")
-    place &= np.isfinite(within) & np.isfinite(rows.t) & (rows.t != 0) & _undeclared(problem, rows)
-    found = {}
-    for number, name in enumerate(taken.space.position):
-        own = place & (rows.index % max(size, 1) == number)
-        if own.any() and (share := _share(within[own], rows.t[own])).redundancy > 1:
-            found[name] = share
-    return found
+    rows, space = Rows.of(fit), problem.measurements.space
+    kinds, size = np.array(KINDS)[rows.kind], max(space.size, 1)
+    place = ((kinds == "pose") & (rows.index < space.size)) | (kinds == "points")
+    axes = {name: place & (rows.index % size == i) for i, name in enumerate(space.position)}
+    found = _shares_of(problem, rows, axes)
+    return {name: each for name, each in found.items() if each.redundancy > 1}
+
+
+def _shares_of(
+    problem: Problem, rows: Rows, groups: Mapping[str, NDArray[np.bool_]]
+) -> dict[str, Share]:
+    """Of groups of rows that have no deviations of their own, those of which any is redundant."""
+    within = _in_deviations(problem, rows)
+    shown = np.isfinite(within) & np.isfinite(rows.t) & (rows.t != 0) & _undeclared(problem, rows)
+    used = {name: own & shown for name, own in groups.items()}
+    return {name: _share(within[own], rows.t[own]) for name, own in used.items() if own.any()}
 
 
 def _share(within: Array, t: Array) -> Share:

@@ -103,11 +103,16 @@ def alternatives_of(found: Found) -> list[Alternative]:
     for what, narrow, wide in wider:
         other = _compared(found, solved, what, narrow, wide)
         if other is not None:
-            made.append(_unless_of_noise(found, other, narrow) if other.alarms else other)
+            made.append(_unless_of_noise(found, solved, other, narrow) if other.alarms else other)
     return made
 
 
-def _unless_of_noise(found: Found, alarm: Alternative, narrow: EstimateOptions) -> Alternative:
+def _unless_of_noise(
+    found: Found,
+    before: list[tuple[EstimateOptions, _Solved]],
+    alarm: Alternative,
+    narrow: EstimateOptions,
+) -> Alternative:
     """An alarm by the noise that each kind shows too, where chi-square is none of the declared.
 
     What is redundant among many points says little of what a sensor does: F over all that is left
@@ -117,7 +122,7 @@ def _unless_of_noise(found: Found, alarm: Alternative, narrow: EstimateOptions) 
     if shown is None:
         return alarm
     both = (dataclasses.replace(each, noise=shown.noise) for each in (narrow, alarm.options))
-    again = _compared(found, [], alarm.what, *both)
+    again = _compared(found, before, alarm.what, *both)
     if again is None or again.alarms:
         return alarm
     return dataclasses.replace(again, options=alarm.options)
