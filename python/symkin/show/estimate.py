@@ -554,16 +554,17 @@ def _noise_table(found: Estimate) -> list[Table]:
     kinds = [*found.nominal.space.errors, ("reading", unit)]
     if declared.along is not None:
         kinds.insert(1, ("along", kinds[0][1]))
+
+    def hidden(name: str) -> str:
+        gone = getattr(declared, name) and not getattr(noise, name)
+        return " (the other noise hides it)" if gone else ""
+
     rows = [
-        (name, milli(getattr(declared, name), of), _of_noise(getattr(noise, name), of))
+        (name, milli(getattr(declared, name), of), milli(getattr(noise, name), of) + hidden(name))
         for name, of in kinds
     ]
     columns = ("Noise of", "Declared", "Estimated")
     return [Table("Standard deviations of the noise", columns, [Group(rows)], brief=True)]
-
-
-def _of_noise(size: float, unit: str) -> str:
-    return milli(size, unit) if size else "0 (the other noise hides it)"
 
 
 def _prior_headline(prior: FittedPrior) -> Headline:
