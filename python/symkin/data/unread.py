@@ -16,6 +16,7 @@ from symkin.shell import typed_word
 from symkin.storage.quantities import is_unit
 from symkin.storage.tables import Table
 
+_OF_PLANS = {"leg", "order", "role"}  # what a plan says of its poses, where it was filled in
 _Gap = tuple[str, str, str]  # what no column holds, its SI unit, and what the table calls it
 
 
@@ -33,7 +34,8 @@ def unread_columns(table: Table, ignored: Sequence[str]) -> tuple[str, ...]:
             raise table.error(
                 f'column "{name}" is to be ignored, and was read; take it out of one of the two'
             )
-    return tuple(name for name in table.unread if name not in ignored)
+    own = _OF_PLANS if set(table.names) >= _OF_PLANS else set()
+    return tuple(name for name in table.unread if name not in ignored and name not in own)
 
 
 def refuse_what_is_missed(

@@ -60,6 +60,10 @@ _DESIGNS = {
     "orbits": "whole orbits of poses, which every leg uses",
     "mechanism": "one set of poses for the parameters of all legs at once",
 }
+_LEFT_OUT = (
+    "there, or at their images under the symmetry, the robot leaves its box, joint limits or a "
+    "region that is allowed, or comes too near the end of its reach"
+)
 _STEPS = 200  # poses that the drawing steps through, which the page holds
 _COMBINED = 3  # combinations of unknowns in a sentence
 _NAMED = 12  # names in a sentence
@@ -103,7 +107,7 @@ def plan_page(plan: Plan) -> Page:
         notes.append(f"{left_to_gravity(mechanism)}; no accuracy at given readings can be told")
     if basis is not None and basis.excluded:
         excluded = f"{count(basis.excluded)} of {count(basis.candidates)} candidates"
-        notes.append(f"{excluded} are left out by limits")
+        notes.append(f"{excluded} are left out: {_LEFT_OUT}")
     symmetric = basis is not None and basis.symmetrical
     sets = plan.leg_poses()
     surveyed = basis is not None and basis.survey is not None
@@ -380,7 +384,8 @@ def _made(basis: PlanBasis) -> list[str]:
         f"{CRITERIA[basis.criterion]} with {rows}, method {basis.method}."
     )
     if basis.excluded:
-        text += f" {plural(basis.excluded, 'candidate was', 'candidates were')} left out by limits."
+        left_out = plural(basis.excluded, "candidate was", "candidates were")
+        text += f" {left_out} left out: {_LEFT_OUT}."
     if any(len(choice.elements) > 1 for choice in basis.choices):
         text += " The symmetry carries what was chosen for one leg to the others."
     certificate = (
