@@ -64,6 +64,21 @@ def test_a_robot_at_three_tolerances_is_doubted_and_its_intervals_are_wider(robo
         assert each.covariance == pytest.approx(each.noise_factor * each.model_covariance + apart)
 
 
+def test_a_robot_made_better_than_its_tolerances_is_trusted_and_they_are_called_too_wide(robot):
+    plain = robot.replace(frames=None)
+    plan = plain.plan(20, seed=1, candidates=400)
+    found = []
+    for seed in range(3):
+        own = plain.simulate(plan, seed).actual.parameters
+        better = plain.with_parameters(plain.parameters + 0.4 * (own - plain.parameters))
+        taken = plain.simulate(plan, seed, better).measurements
+        found.append(symkin.identify(plain, taken))
+    assert all(each.trustworthy for each in found)
+    told = [note for each in found for note in each.notes if note.code == "tolerances-wide"]
+    assert len(told) == len(found)
+    assert np.mean([note.figures["factor"] for note in told]) == pytest.approx(2.5, rel=0.3)
+
+
 def test_wider_priors_leave_what_the_noise_brings_as_it_is():
     random = np.random.default_rng(5)
     rows, priors = random.normal(size=(6, 4)), np.diag([0.5, 2.0, 1.0, 4.0])

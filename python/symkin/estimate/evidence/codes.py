@@ -345,8 +345,7 @@ DOUBTS: Mapping[str, Code] = {
     "near-drawing": Code(
         "the robot is nearer to the drawing than robots are made (chi-square {size:.3g} for "
         "{count} combinations that the observations show): the tolerances are {factor:.2g} times "
-        "too wide, "
-        "or these numbers were computed from the drawing"
+        "too wide, or these numbers were computed from the drawing"
     ),
     "computed-from-drawing": Code(
         "these numbers were computed from the drawing: it explains the observations better than "
@@ -361,6 +360,12 @@ DOUBTS: Mapping[str, Code] = {
 }
 
 NOTES: Mapping[str, Code] = {
+    "tolerances-wide": Code(
+        "The robot is nearer to the drawing than its tolerances say (chi-square {size:.3g} for "
+        "{count} combinations that the observations show): they are {factor:.2g} times too wide, "
+        "and what rests on them is known better than is told. They are standard deviations; limits "
+        "of a drawing are two to three of these."
+    ),
     "search-cut-short": Code(
         "Not every correction was tried, as of so many legs there are too many: that no cause is "
         "named says less than for a robot with few legs."

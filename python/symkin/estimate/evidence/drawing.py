@@ -72,22 +72,38 @@ def implausible_parameters(found: Found) -> Iterator[Doubt]:
 
 
 def _against_tolerances(found: Found) -> Iterator[Doubt]:
-    """All parameters together, further or nearer than robots are made; or made from the drawing.
+    """All parameters together, further than robots are made, or as if made from the drawing.
 
     Each is doubted in one of 2000 sound robots.
     """
     conflict = found.conflict
     if computed_from_drawing(found):
         yield Doubt("computed-from-drawing")
-        return
-    if conflict is None or min(conflict.p_large, conflict.p_small) >= LIMIT:
-        return
-    figures = {"count": conflict.directions, "factor": conflict.factor}
-    if conflict.p_large < LIMIT:
+    elif conflict is not None and conflict.p_large < LIMIT:
+        figures = {"count": conflict.directions, "factor": conflict.factor}
         yield Doubt("far-from-drawing", size=conflict.q, p=conflict.p_large, figures=figures)
     else:
-        figures["factor"] = 1 / max(conflict.factor, 1e-3)
-        yield Doubt("near-drawing", size=conflict.q, p=conflict.p_small, figures=figures)
+        wide = _too_wide(found)
+        if wide is not None and wide.figures["factor"] >= _MANY_TIMES:
+            yield Doubt("near-drawing", size=wide.size, p=wide.p, figures=wide.figures)
+
+
+def wide_tolerances(found: Found) -> Iterator[Note]:
+    """Say that the robot is made better than its tolerances say: no reason to distrust it.
+
+    Who takes a drawing's limits for standard deviations has such robots.
+    """
+    wide = _too_wide(found)
+    if wide is not None and wide.figures["factor"] < _MANY_TIMES:
+        yield wide
+
+
+def _too_wide(found: Found) -> Note | None:
+    conflict = found.conflict
+    if conflict is None or conflict.p_small >= LIMIT:
+        return None
+    figures = {"count": conflict.directions, "factor": 1 / max(conflict.factor, 1e-3)}
+    return Note("tolerances-wide", size=conflict.q, p=conflict.p_small, figures=figures)
 
 
 def strained_ties(found: Found) -> Iterator[Doubt]:

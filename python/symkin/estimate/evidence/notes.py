@@ -10,7 +10,7 @@ import numpy as np
 
 from symkin.analysis.promises import left_to_gravity
 from symkin.errors import SymkinError, few, unknowns_by_name
-from symkin.estimate.evidence.drawing import unneeded_parameters, weak_parameters
+from symkin.estimate.evidence.drawing import unneeded_parameters, weak_parameters, wide_tolerances
 from symkin.estimate.evidence.findings import Doubt, Note
 from symkin.estimate.evidence.table_edits import with_readings
 from symkin.estimate.evidence.unseen import notes_of_the_unseen
@@ -54,6 +54,7 @@ def notes_of(
         yield from notes_of_the_unseen(found)
     yield from unneeded_parameters(found)
     yield from weak_parameters(found)
+    yield from wide_tolerances(found)
     if found.gauge:
         yield Note("gauge", figures={"words": found.gauge[0].upper() + found.gauge[1:]})
     silent = [each.name for each in found.unknowns if each.status.startswith("held by its prior")]
