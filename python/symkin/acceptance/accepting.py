@@ -34,6 +34,7 @@ from symkin.data.measurements import Measurements
 from symkin.data.reading import Measured, as_measurements
 from symkin.errors import SymkinError, did_you_mean
 from symkin.estimate.estimate import Estimate
+from symkin.estimate.evidence.computed import rows_not_measured
 from symkin.estimate.evidence.standing import what_stands_still
 from symkin.model.given import MechanismGiven
 from symkin.model.mechanism import Mechanism
@@ -91,7 +92,7 @@ def accept(
     Raises
     ------
     SymkinError
-        If nothing can be tested, or rows are those of the calibration.
+        If nothing can be tested, or rows are those of the calibration or of a plan.
     """
     wanted: dict[Kind, float | None] = {
         "position": tolerance,
@@ -101,6 +102,7 @@ def accept(
     _check_asked(model, wanted, frames, about)
     table = as_measurements(measurements, model)
     held_out = _held_out(found, table)
+    _require_measured(found, model, table)
     noise = found.noise if found is not None else model.noise
     moved, fitted = tuple(frames or ()), 0
     try:
@@ -206,6 +208,15 @@ def _check_asked(
             raise SymkinError(
                 f'about has "{name}"{did_you_mean(name, [*ABOUT])}; expected {", ".join(ABOUT)}'
             )
+
+
+def _require_measured(found: Estimate | None, model: Mechanism, table: Measurements) -> None:
+    """Refuse rows of a plan that nobody measured: they would pass whatever the robot does."""
+    computed = [*rows_not_measured(model, table, "the calibrated robot")]
+    if found is not None:
+        computed += rows_not_measured(found.nominal, table)
+    if computed:
+        raise SymkinError(str(computed[0]))
 
 
 def _held_out(found: Estimate | None, table: Measurements) -> bool | None:

@@ -200,6 +200,18 @@ def test_the_rows_of_the_calibration_itself_are_refused(calibrated):
         accept(calibrated / "out", calibrated / "first.csv", 2e-4)
 
 
+@pytest.mark.parametrize("calibrator", ["drawing", "calibrated"])
+def test_rows_of_a_plan_that_nobody_measured_do_not_pass(robot, calibrated, calibrator):
+    of = robot if calibrator == "drawing" else symkin.load(calibrated / "out" / "calibrated.toml")
+    later = symkin.read_measurements(calibrated / "later.csv", robot)
+    poses, readings = later.poses.copy(), later.readings.copy()
+    poses[:4] = symkin.sample_workspace(of, 4, 7).poses
+    readings[:4] = of.inverse_kinematics(poses[:4])
+    table = Measurements.of(poses, readings, reading_unit="rad", pose_space="planar")
+    with pytest.raises(SymkinError, match=r"4 rows \(1, 2, 3, 4\) are computed from the .* to the"):
+        accept(calibrated / "out", table, 2e-4)
+
+
 @pytest.mark.parametrize(("unit", "digits"), [(1.0, 6), (1e-3, 2), (np.pi / 180, 4)])
 def test_rows_of_the_calibration_are_known_however_a_program_rounds_them(
     robot, calibrated, unit, digits

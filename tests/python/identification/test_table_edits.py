@@ -10,7 +10,9 @@ import pytest
 
 import symkin
 from symkin.analysis.conventions import taken_as
+from symkin.data.measurements import Measurements
 from symkin.estimate.evidence.assignment import assigned
+from symkin.estimate.evidence.computed import computed_rows
 from symkin.estimate.evidence.measured import copied_columns, taken_as_drawn
 from symkin.estimate.evidence.standing import what_stands_still
 from symkin.model.poses import poses_of
@@ -401,3 +403,41 @@ def test_a_mistake_is_named_among_many_columns_before_the_search_has_to_end(cabl
         cause, corrected = error.likely_cause, error.corrected
     assert (cause.code, cause.explains) == (code, True)
     assert symkin.identify(robot, corrected).trustworthy
+
+
+@pytest.mark.parametrize("name", ["3RRR", "5bar", "linear_delta", "tricept"])
+@pytest.mark.parametrize("positions", [False, True], ids=["poses", "positions"])
+def test_rows_of_the_plan_that_nobody_measured_are_told_and_left_out(name, positions):
+    robot = symkin.load_mechanism(name)
+    plan = robot.plan(24, seed=1, candidates=400, design="mechanism", spares=0)
+    table = robot.simulate(plan, seed=1).measurements
+    poses, readings = np.array(table.poses), np.array(table.readings)
+    left = np.arange(len(poses) - 5, len(poses))
+    poses[left] = plan.poses[left].round(9)
+    readings[left, : robot.reading_count] = plan.readings[left, : robot.reading_count].round(9)
+    if positions:
+        poses[:, robot.space.size :] = np.nan
+    table = replace(table, poses=poses, readings=readings)
+    found = symkin.identify(robot, table)
+    told, *rest = found.doubts
+    assert told.code == "rows-computed"
+    assert told.rows == tuple(table.row_numbers[left].tolist())
+    assert not rest
+    assert symkin.identify(robot, found.corrected).trustworthy
+
+
+@pytest.mark.parametrize("name", ["3RRR", "5bar", "hexapod_jugglebot"])
+def test_no_row_of_a_robot_that_is_as_drawn_is_told_to_be_computed(name):
+    robot = symkin.load_mechanism(name)
+    poses = symkin.sample_workspace(robot, 2000, seed=3).poses
+    random, size = np.random.default_rng(1), robot.space.size
+    readings = robot.inverse_kinematics(poses)
+    seen = np.array(poses)
+    seen[1:, :size] += robot.noise.position * random.normal(size=(len(poses) - 1, size))
+    # The first row is home by definition.
+    table = Measurements.of(
+        seen, readings, reading_unit=robot.reading_unit, pose_space=robot.pose_space
+    )
+    assert computed_rows(robot, table).size == 0
+    seen[:, size:] = np.nan
+    assert computed_rows(robot, replace(table, poses=seen)).size == 0

@@ -186,6 +186,11 @@ DOUBTS: Mapping[str, Code] = {
         "the readings of {legs} are the same in all {count} rows, as where a column was copied",
         "look where the columns come from",
     ),
+    "rows-computed": Code(
+        "{count} rows ({rows}) are computed from {model} to the last digit, as in a table of "
+        "planned poses: not measured",
+        "leave them out, or measure there",
+    ),
     "stands-still": Code(
         "{what} is the same in rows {first} to {last}, to the last digit, while the others move, "
         "and by the drawing so should it: it stood still, or was not read",

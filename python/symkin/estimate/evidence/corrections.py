@@ -24,6 +24,7 @@ from symkin import _core
 from symkin.data.measurements import Measurements
 from symkin.errors import FailedFitError, NotIdentifiableError, SymkinError
 from symkin.estimate.evidence.bodies import AsPoses, exchanged_points, with_points_in_order
+from symkin.estimate.evidence.computed import rows_not_measured, without_computed
 from symkin.estimate.evidence.edits import corrections_of, pairs_of
 from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.evidence.look_alikes import look_alikes
@@ -143,6 +144,8 @@ class Budget:
             yield each
 
 
+# Tables that are mended of what they say themselves.
+_MENDED = {"rows-computed": without_computed, "points-exchanged": with_points_in_order}
 Shaped = Callable[[Mechanism, Measurements, EstimateOptions], bool]
 
 
@@ -167,9 +170,12 @@ def explained(
             raise
         tried: tuple[Hypothesis, ...] = ()
         try:
-            copied = copied_columns(taken_as_drawn(mechanism, measurements))
-            still = what_stands_still(mechanism, measurements)
-            plain = itertools.chain(still, copied, exchanged_points(mechanism, measurements))
+            plain = itertools.chain(
+                rows_not_measured(mechanism, measurements),
+                what_stands_still(mechanism, measurements),
+                copied_columns(taken_as_drawn(mechanism, measurements)),
+                exchanged_points(mechanism, measurements),
+            )
             cause = next(plain, None)
             if cause is None:
                 tried = hypotheses_of(mechanism, measurements, options, by_leg=by_leg)
@@ -183,8 +189,8 @@ def explained(
             raise
         error.likely_cause, words = cause, str(cause)
         error.corrected, error.redrawn = corrected_table(tried), corrected_drawing(tried)
-        if cause.code == "points-exchanged":
-            error.corrected = with_points_in_order(mechanism, measurements)
+        if cause.code in _MENDED:
+            error.corrected = _MENDED[cause.code](mechanism, measurements)
         if error.redrawn is not None:
             error.redrawn = error.redrawn.replace(frames=mechanism.frames)
         said = str(error).removesuffix(f". {LOOK_FOR.capitalize()}").removesuffix(f"; {LOOK_FOR}")

@@ -25,6 +25,7 @@ from symkin.estimate.evidence.bodies import (
     with_points_in_order,
 )
 from symkin.estimate.evidence.changes import CHANGES, change_tests, doubts_of_changes, whole_change
+from symkin.estimate.evidence.computed import rows_not_measured, without_computed
 from symkin.estimate.evidence.corrections import (
     Budget,
     Hypothesis,
@@ -119,9 +120,10 @@ _OF_NOISE = {*_OF_SCATTER, "residuals-small"}
 # How far parameters are from the drawing, which any of these makes of a sound robot's.
 _OF_PARAMETERS = {"moved-together", "parameters-far", "far-from-drawing", "parameters-unknown"}
 # What a table says itself, without a robot.
-_PLAIN = {"stands-still", "columns-copied", "points-exchanged"}
+_PLAIN = {"rows-computed", "stands-still", "columns-copied", "points-exchanged"}
 _MENDED: dict[str, Callable[[Found], Measurements]] = {
     "turns-lost": lambda found: with_lost_turns(taken_from(found), found.measurements),
+    "rows-computed": lambda found: without_computed(found.nominal, found.measurements),
     "points-exchanged": lambda found: with_points_in_order(found.nominal, found.measurements),
 }
 
@@ -214,6 +216,7 @@ def _noticed(
     framed = found.mechanism if found.converged else found.nominal
     drawn = found.nominal.replace(frames=framed.frames)
     plain = (
+        *rows_not_measured(found.nominal, found.measurements),
         *what_stands_still(drawn, found.measurements),
         *copied_columns(taken),
         *exchanged_points(found.nominal, found.measurements),
