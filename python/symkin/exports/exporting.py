@@ -19,7 +19,8 @@ from symkin.exports.firmware import (
     write_marlin,
     write_reprapfirmware,
 )
-from symkin.exports.models import structure_of, write_mjcf, write_sdf, write_urdf
+from symkin.exports.known_bodies import structure_of
+from symkin.exports.models import write_mjcf, write_sdf, write_urdf
 from symkin.exports.parameters import write_c_header, write_json, write_table, write_yaml
 from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.model.mechanism import Mechanism

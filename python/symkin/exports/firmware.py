@@ -37,7 +37,7 @@ from symkin.exports.common import (
     nearest,
     workspace_poses,
 )
-from symkin.exports.models import structure_of
+from symkin.exports.known_bodies import structure_of
 from symkin.model.chains import Leg, legs_in_words
 from symkin.model.mechanism import Mechanism
 from symkin.values import Array, record

@@ -28,6 +28,7 @@ from symkin.shell import typed_word
 from symkin.show.theme import THEME, point_names
 from symkin.show.wording import bare, milli, percent, plural, small
 from symkin.storage.output_files import OutputFiles
+from symkin.storage.templates import templates_of
 from symkin.version import version
 
 if TYPE_CHECKING:
@@ -374,23 +375,17 @@ def _without(page: Page, images: Sequence[Image]) -> Page:
 
 def rendered(template: str, **values: Any) -> str:
     """Return a template with these values in it."""
-    import jinja2
-
-    environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(_TEMPLATES),
-        autoescape=True,
-        undefined=jinja2.StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    environment = templates_of(_TEMPLATES)
     environment.tests["table"] = lambda part: isinstance(part, Table)
     environment.tests["movable"] = lambda part: isinstance(part, Movable)
-    environment.filters["symbols"] = _symbols
-    environment.filters["headlines"] = headlines_of
-    environment.filters["command"] = command_text
-    environment.filters["drawn"] = _drawn
-    environment.filters["data"] = _data
-    environment.filters["digest"] = _digest
+    environment.filters |= {
+        "symbols": _symbols,
+        "headlines": headlines_of,
+        "command": command_text,
+        "drawn": _drawn,
+        "data": _data,
+        "digest": _digest,
+    }
     foot = {"version": version(), "day": _day()}
     text = environment.get_template(template).render(**values, **foot)
     # A file's name may have bytes that are no character.
