@@ -30,7 +30,7 @@ ASSUMED_OF_CRANKS = (
     f"{_NOISE_OF_CRANKS.reading * 1e3:g} mrad of a crank. So are workspace and tolerances; the "
     "file has them"
 )
-# What Klipper's own calibration estimates.
+# What Klipper's own calibration estimates, of cranks the first two.
 _UNKNOWN = ("sensor_offset", "base_radius", "leg1.base_azimuth", "leg2.base_azimuth")
 _RODS = ("distal_length",)  # that heights do not show, and distances do
 _TELLING_HEIGHTS = 11  # of which these six leave five, from which a noise can be estimated
@@ -43,65 +43,41 @@ def few_heights(count: int) -> bool:
 
 def printer_of(
     name: str,
-    delta: LinearDelta,
-    printed: float,
+    legs: Sequence[Leg],
+    workspace: WorkspaceSettings,
     *,
     few: bool,
     probe: float | None = None,
     rods: bool = False,
 ) -> Mechanism:
-    """A printer whose sensors read the ways of the carriages from their endstops.
+    """A delta whose sensors read how far carriages, or cranks, have come down from their endstops.
 
-    `printed` is the radius that is printed on, m. Nobody knows how well a probe repeats, unless
-    `probe` says it, m: the heights that are left over tell, if they are not `few`. Distances tell
-    how long the `rods` are, and leave what the probe's noise is and what the carriages' open.
+    Nobody knows how well a probe repeats, unless `probe` says it, m: the heights that are left over
+    tell, if they are not `few`. Distances tell how long the `rods` are, and leave what the probe's
+    noise is and what the carriages' open.
     """
-    noise = _NOISE if probe is None else NoiseSettings(probe, 0.0, _NOISE.reading)
+    cranks = legs[0].chain == "[R]US"
+    noise = _NOISE_OF_CRANKS if cranks else _NOISE
     return Mechanism(
         name,
-        delta.legs((0.0, 0.0, 0.0)),
+        legs,
         platform="translating",
-        reading_unit="m",
-        workspace=_workspace(delta, printed),
-        joint_limits=JointLimits(upper=0.0),
-        noise=noise,
+        reading_unit="rad" if cranks else "m",
+        workspace=workspace,
+        joint_limits=JointLimits(lower=0.0) if cranks else JointLimits(upper=0.0),
+        noise=noise if probe is None else NoiseSettings(probe, 0.0, noise.reading),
         tolerances=Tolerances(length=1e-3, angle=1e-2, gain=2e-3),
         frames=Frames(plane=(0.0, 0.0, 0.0)),
         identification=IdentificationSettings(
-            free=_UNKNOWN + _RODS * rods,
+            free=(_UNKNOWN[:2] if cranks else _UNKNOWN) + _RODS * rods,
             shared=("base_radius",) + _RODS * rods,
             noise=None if few or rods or probe is not None else "estimate",
         ),
     )
 
 
-def rotary_of(
-    name: str, legs: Sequence[Leg], workspace: WorkspaceSettings, *, few: bool, rods: bool = False
-) -> Mechanism:
-    """A rotary delta whose sensors read how far the cranks have turned down from their endstops.
-
-    Distances tell how long the `rods` are.
-    """
-    return Mechanism(
-        name,
-        legs,
-        platform="translating",
-        reading_unit="rad",
-        workspace=workspace,
-        joint_limits=JointLimits(lower=0.0),
-        noise=_NOISE_OF_CRANKS,
-        tolerances=Tolerances(length=1e-3, angle=1e-2, gain=2e-3),
-        frames=Frames(plane=(0.0, 0.0, 0.0)),
-        identification=IdentificationSettings(
-            free=("sensor_offset", "base_radius") + _RODS * rods,
-            shared=("base_radius",) + _RODS * rods,
-            noise=None if few or rods else "estimate",
-        ),
-    )
-
-
-def _workspace(delta: LinearDelta, radius: float) -> WorkspaceSettings:
-    """The largest box below the endstops whose corners are on the circle that is printed on."""
+def workspace_of(delta: LinearDelta, radius: float) -> WorkspaceSettings:
+    """The largest box below the endstops whose corners are on the circle that is printed on, m."""
     reach = min(radius, float(delta.arms.min()) - delta.radius)
     side = 0.7 * reach
     # The carriages are highest where the effector is at a corner next to their tower.

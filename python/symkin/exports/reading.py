@@ -31,7 +31,7 @@ from symkin.exports.printers import (
     CONDITION,
     few_heights,
     printer_of,
-    rotary_of,
+    workspace_of,
 )
 from symkin.exports.scene import Scene
 from symkin.exports.scenes import read_scene
@@ -334,7 +334,11 @@ def _printer(path: Path) -> Imported:
     found = _records(config, "m")
     notes += found.notes
     mechanism = printer_of(
-        path.stem, delta, printed * 1e-3, few=found.are_few, rods=bool(found.distances)
+        path.stem,
+        delta.legs((0.0, 0.0, 0.0)),
+        workspace_of(delta, printed * 1e-3),
+        few=found.are_few,
+        rods=bool(found.distances),
     )
     return Imported(mechanism, found.measurements, tuple(notes))
 
@@ -388,7 +392,7 @@ def _rotary(config: _Config) -> Imported:
         conditioning_limit=CONDITION,
     )
     found = _records(config, "rad")
-    mechanism = rotary_of(
+    mechanism = printer_of(
         config.path.stem, legs, box, few=found.are_few, rods=bool(found.distances)
     )
     notes = [*config.notes, ASSUMED_OF_CRANKS, *found.notes]
@@ -494,10 +498,8 @@ def _step(config: _Config, stepper: str, *, radians: bool = False) -> float:
     """Way of a carriage by one step of its motor, mm; of a crank its turn, rad."""
     if config.has(stepper, "step_distance"):  # before Klipper 0.10
         return config.number(stepper, "step_distance", above=0.0)
-    default = repr(2 * math.pi) if radians else None
-    turn = config.number(
-        stepper, "rotation_distance", None if default is None else float(default), above=0.0
-    )
+    whole = 2 * math.pi if radians else None
+    turn = config.number(stepper, "rotation_distance", whole, above=0.0)
     steps = config.number(stepper, "full_steps_per_rotation", _FULL_STEPS, above=0.0)
     steps *= config.number(stepper, "microsteps", above=0.0)
     for pair in re.split(r"\s*,\s*", config.text(stepper, "gear_ratio", "1:1")):

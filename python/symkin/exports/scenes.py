@@ -91,8 +91,7 @@ def _mjcf(root: ET.Element, _text: str, known: Mapping[str, Any]) -> Scene:
             frame = _mjcf_frame(body, scale, says)
             for joint, _ in joints:
                 if joint.kind == "free":  # whose values are where the body stands in the world
-                    turned = _quaternion(frame[:3, :3])
-                    standing[joint.name] = np.array([*frame[:3, 3], turned[3], *turned[:3]])
+                    standing[joint.name] = _standing(frame)
                     frame = np.eye(4)
             parts[name] = Part(parent, frame, tuple(joint for joint, _ in joints))
             read(body, name)
@@ -131,12 +130,9 @@ def _mjcf(root: ET.Element, _text: str, known: Mapping[str, Any]) -> Scene:
 def _mjcf_joint(element: ET.Element, name: str, scale: float) -> tuple[Moving, float]:
     kind = "free" if element.tag == "freejoint" else element.attrib.get("type", "hinge")
     axis = _floats(element.attrib.get("axis", "0 0 1"), 3)
-    if not np.linalg.norm(axis) > 0:
-        raise SymkinError(f'has joint "{name}" with axis 0')
     zero = float(element.attrib.get("ref", 0.0)) * (scale if kind == "hinge" else 1.0)
-    called = element.attrib.get("name", name)
     anchor = _floats(element.attrib.get("pos", "0 0 0"), 3)
-    return Moving(called, kind, axis / np.linalg.norm(axis), anchor), zero
+    return _moving(element.attrib.get("name", name), kind, axis, anchor), zero
 
 
 def _mjcf_frame(element: ET.Element, scale: float, says: Mapping[str, str]) -> Array:
@@ -281,10 +277,11 @@ def _link(joint: ET.Element, end: str) -> str:
     return element.attrib["link"]
 
 
-def _moving(name: str, kind: str, axis: Array) -> Moving:
+def _moving(name: str, kind: str, axis: Array, anchor: Array | None = None) -> Moving:
     if not np.linalg.norm(axis) > 0:
         raise SymkinError(f'has joint "{name}" with axis 0')
-    return Moving(name, kind, axis / np.linalg.norm(axis), np.zeros(3))
+    anchor = np.zeros(3) if anchor is None else anchor
+    return Moving(name, kind, axis / np.linalg.norm(axis), anchor)
 
 
 def _posed(xyz: str, rpy: str) -> Array:
@@ -349,10 +346,9 @@ def _sdf(root: ET.Element, _text: str, known: Mapping[str, Any]) -> Scene:
     free = [name for name in placed if name and name not in parts]
     home = {}
     for name in free:  # nothing holds it but loops
-        vector = _quaternion(placed[name][:3, :3])
         moving = (Moving(f"{name}_free", "free", np.zeros(3), np.zeros(3)),)
         parts[name] = Part("", np.eye(4), moving)
-        home[f"{name}_free"] = np.array([*placed[name][:3, 3], vector[3], *vector[:3]])
+        home[f"{name}_free"] = _standing(placed[name])
     sensors = {}
     readings = known.get("readings", ())
     for leg, (gain, reading) in enumerate(zip(known.get("gains", ()), readings, strict=True), 1):
@@ -441,12 +437,11 @@ def _within(frame: Array, other: Array) -> Array:
     return np.asarray(np.linalg.solve(frame, other))
 
 
-def _quaternion(rotation: Array) -> Array:
-    return np.asarray(quaternions_from_rotation_vectors(_vector(rotation)[None])[0])
-
-
-def _vector(rotation: Array) -> Array:
-    return np.asarray(vectors_from_rotations(rotation[None])[0])
+def _standing(frame: Array) -> Array:
+    """The seven values of a free joint: position, and quaternion, its real part first."""
+    vectors = vectors_from_rotations(frame[None, :3, :3])
+    turned = quaternions_from_rotation_vectors(vectors)[0]
+    return np.array([*frame[:3, 3], turned[3], *turned[:3]])
 
 
 def _floats(text: str, count: int | None = None) -> Array:

@@ -16,7 +16,7 @@ from symkin.analysis.clocks import Track, align_clocks, rests_of
 from symkin.errors import SymkinError
 from symkin.exports.firmware import LinearDelta
 from symkin.exports.logs import FORMATS, import_log, log_format_of
-from symkin.exports.printers import printer_of
+from symkin.exports.printers import printer_of, workspace_of
 
 ROD, RADIUS, HEIGHT = 250.0, 105.0, 300.0
 BUILT = LinearDelta(
@@ -35,9 +35,14 @@ def written(folder, name, text):
     return path
 
 
+def printer(delta):
+    legs = delta.legs((0.0, 0.0, 0.0))
+    return printer_of("printer", legs, workspace_of(delta, 0.08), few=True)
+
+
 def touched_at(x, y):
     """Height that the controller reports where the built printer touches the bed, mm."""
-    built, believed = (printer_of("printer", each, 0.08, few=True) for each in (BUILT, BELIEVED))
+    built, believed = map(printer, (BUILT, BELIEVED))
     z = 0.0
     for _ in range(8):  # where the controller believes to be as the built one is at zero
         readings = believed.inverse_kinematics([[x * 1e-3, y * 1e-3, z]])
@@ -81,7 +86,7 @@ def test_a_marlin_log_becomes_heights_and_a_printer(tmp_path):
     assert len(found.columns["height_m"]) == 7
     assert found.mechanism.parameters[0, 0] == pytest.approx(ROD * 1e-3)
     assert found.mechanism.noise.position == pytest.approx(4.2e-6)
-    built = printer_of("built", BUILT, 0.08, few=True)
+    built = printer(BUILT)
     readings = np.column_stack([found.columns[f"psi_{leg}_m"] for leg in (1, 2, 3)])
     # Ways from endstops are what the sensors of the built printer show where it touches its bed.
     poses, _ = built.forward_kinematics(readings)
@@ -108,7 +113,7 @@ def test_probed_points_of_g30_have_their_places(tmp_path):
     text = marlin_log().split("G33 Auto")[0] + "\n".join(lines) + "\n"
     found = import_log(written(tmp_path, "g30.log", text))
     assert len(found.columns["height_m"]) == 5
-    poses, _ = printer_of("b", BUILT, 0.08, few=True).forward_kinematics(
+    poses, _ = printer(BUILT).forward_kinematics(
         np.column_stack([found.columns[f"psi_{leg}_m"] for leg in (1, 2, 3)])
     )
     assert np.abs(poses[:, 2]).max() < 1e-6
@@ -137,7 +142,7 @@ def test_a_reprap_log_becomes_heights_at_the_points_of_its_commands(tmp_path):
     found = import_log(written(tmp_path, "duet.log", reprap_log(points)))
     readings = np.column_stack([found.columns[f"psi_{leg}_m"] for leg in (1, 2, 3)])
     assert len(readings) == len(points)
-    poses, _ = printer_of("b", BUILT, 0.08, few=True).forward_kinematics(readings)
+    poses, _ = printer(BUILT).forward_kinematics(readings)
     assert np.abs(poses[:, 2]).max() < 1e-6
     assert any("1 calibrations" in each for each in found.left)
     # And what is identified from it knows the built printer's bed.

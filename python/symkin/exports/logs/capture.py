@@ -258,11 +258,9 @@ def _read_motive(log: Log, asked: Asked) -> _Take:
     data = data[np.isfinite(data[:, 1])] if width > 1 else data
     if len(data) < 1 or width < 5:
         raise log.error("has no samples below its header")
-    bodies = list(
-        dict.fromkeys(n for t, n in zip(types, names, strict=True) if t == "Rigid Body" and n)
-    )
-    markers = list(
-        dict.fromkeys(n for t, n in zip(types, names, strict=True) if t == "Marker" and n)
+    bodies, markers = (
+        list(dict.fromkeys(n for t, n in zip(types, names, strict=True) if t == wanted and n))
+        for wanted in ("Rigid Body", "Marker")
     )
 
     def columns(name: str, kind: str, of: str) -> list[int]:

@@ -18,7 +18,7 @@ import numpy as np
 
 from symkin.exports.firmware import LinearDelta
 from symkin.exports.logs.log import Asked, ImportedLog, Log, LogFormat
-from symkin.exports.printers import few_heights, printer_of
+from symkin.exports.printers import few_heights, printer_of, workspace_of
 from symkin.values import Array
 
 _TOWERS = np.array([210.0, 330.0, 90.0])
@@ -117,8 +117,8 @@ def _imported(
         took.insert(0, f"{len(ways)} probed points")
     mechanism = printer_of(
         log.path.stem,
-        final,
-        (last.printed or last.radius or 0.0) * 1e-3,
+        final.legs((0.0, 0.0, 0.0)),
+        workspace_of(final, (last.printed or last.radius or 0.0) * 1e-3),
         few=few_heights(len(ways)),
         probe=float(np.sqrt(np.mean(np.square(repeats)))) * 1e-3 if repeats else None,
     )
@@ -212,9 +212,7 @@ def _direction(degrees: float) -> Array:
 
 def _set_marlin(printer: _Printer, command: str, said: dict[str, float]) -> None:
     if command == "M666":
-        printer.stops = tuple(
-            said.get(axis, old) for axis, old in zip("xyz", printer.stops, strict=True)
-        )
+        printer.stops = _said(said, "xyz", printer.stops)
         return
     printer.radius = said.get("r", printer.radius)
     printer.height = said.get("h", printer.height)
@@ -223,20 +221,21 @@ def _set_marlin(printer: _Printer, command: str, said: dict[str, float]) -> None
         printer.rods = tuple(said["l"] + each for each in trims)
     elif any(name in said for name in "abc") and printer.rods:
         return
-    printer.trims = tuple(
-        said.get(axis, old) for axis, old in zip("xyz", printer.trims, strict=True)
-    )
+    printer.trims = _said(said, "xyz", printer.trims)
+
+
+def _said(
+    said: dict[str, float], names: Sequence[str], old: tuple[float, ...]
+) -> tuple[float, ...]:
+    """What is said of three towers, or else what was known."""
+    return tuple(said.get(name, value) for name, value in zip(names, old, strict=True))
 
 
 def _set_by_g33(printer: _Printer, said: dict[str, float]) -> None:
     printer.height = said.get("height", printer.height)
     printer.radius = said.get("radius", printer.radius)
-    printer.stops = tuple(
-        said.get(name, old) for name, old in zip(("ex", "ey", "ez"), printer.stops, strict=True)
-    )
-    printer.trims = tuple(
-        said.get(name, old) for name, old in zip(("tx", "ty", "tz"), printer.trims, strict=True)
-    )
+    printer.stops = _said(said, ("ex", "ey", "ez"), printer.stops)
+    printer.trims = _said(said, ("tx", "ty", "tz"), printer.trims)
 
 
 MARLIN = LogFormat("marlin", "Marlin's terminal", _is_marlin, _read_marlin)
@@ -307,10 +306,7 @@ def _xyz(text: str) -> tuple[float, ...]:
 
 def _set_by_report(printer: _Printer, said: str) -> None:
     """The answer to M665: Diagonals 215.000:215.000:215.000, delta radius 105.600, ..."""
-    rods = re.search(rf"Diagonals?\s+((?:{_NUMBER})(?::(?:{_NUMBER}))*)", said, re.I)
-    if rods:
-        values = tuple(map(float, rods[1].split(":")))
-        printer.rods = values if len(values) in (1, 3) else values[:1]
+    _set_rods(printer, r"Diagonals?\s+", said, re.I)
     for name, words in (
         ("radius", "delta radius"), ("height", "homed height"), ("printed", "bed radius")
     ):  # fmt: skip
@@ -320,15 +316,19 @@ def _set_by_report(printer: _Printer, said: str) -> None:
     printer.trims = _xyz(said)
 
 
+def _set_rods(printer: _Printer, before: str, text: str, flags: int = 0) -> None:
+    """One length for all towers, or three with colons between, if they are there."""
+    if rods := re.search(rf"{before}((?:{_NUMBER})(?::(?:{_NUMBER}))*)", text, flags):
+        values = tuple(map(float, rods[1].split(":")))
+        printer.rods = values if len(values) in (1, 3) else values[:1]
+
+
 def _set_reprap(printer: _Printer, command: str, words: str) -> None:
     said = _numbers(words)
     if command == "M666":
         printer.stops = tuple(-each for each in _xyz(words))
         return
-    rods = re.search(rf"L((?:{_NUMBER})(?::(?:{_NUMBER}))*)", words)
-    if rods:
-        values = tuple(map(float, rods[1].split(":")))
-        printer.rods = values if len(values) in (1, 3) else values[:1]
+    _set_rods(printer, "L", words)
     printer.radius = said.get("r", printer.radius)
     printer.height = said.get("h", printer.height)
     printer.printed = said.get("b", printer.printed)
