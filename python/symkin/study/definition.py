@@ -148,7 +148,8 @@ def _words(values: Any) -> Kind:
     return _several(choice(*get_args(values)))
 
 
-# The lists that are multiplied, in the order in which cells stand: the last changes fastest.
+# The lists that are multiplied, in the order in which cells stand: the last changes fastest. A
+# `Cell` has one of each in this order.
 _FACTORS: dict[str, Kind] = {
     "mechanisms": _several(_mechanism()),
     "designs": _words(Design),
@@ -431,24 +432,11 @@ class StudyDefinition:
             for values in combinations:
                 yield self._cell(dict(zip(lists, values, strict=True)), name)
 
-    def _cell(self, values: Mapping[str, Any], name: str) -> Cell:
+    def _cell(self, values: dict[str, Any], name: str) -> Cell:
         mechanism = self._mechanism(values["mechanisms"])
-        cell = Cell(
-            id=name,
-            mechanism=mechanism.name,
-            design=values["designs"],
-            rows=values["rows"],
-            criterion=values["criteria"],
-            method=values["methods"],
-            use_symmetry=values["use_symmetry"],
-            margin_sigmas=values["margin_sigmas"],
-            pose_count=_counted(values["pose_counts"], mechanism),
-            noise_level=values["noise_levels"],
-            tolerance_level=values["tolerance_levels"],
-            estimator=values["estimators"],
-            use=values["use"],
-            loss=values["losses"],
-        )
+        counted = _counted(values["pose_counts"], mechanism)
+        own = values | {"mechanisms": mechanism.name, "pose_counts": counted}
+        cell = Cell(name, *own.values())  # of which the lists have the order
         return cell if name else dataclasses.replace(cell, id=_identifier(cell))
 
 
