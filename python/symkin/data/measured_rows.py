@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import fields, replace
 from functools import cached_property
 from pathlib import Path
@@ -177,20 +177,23 @@ class MeasuredRows(Result):
                     f"row {self.row_numbers[wrong.argmax()]} has the axis of turns "
                     f"{values[wrong.argmax()].tolist()}; expected three components of length 1"
                 )
-        infinite = _flat(np.isinf(values)).any(axis=1)
-        if name != "poses" and infinite.any():
-            raise MeasurementError(
-                f"row {self.row_numbers[infinite.argmax()]} has an infinite value in {name}; "
-                "expected numbers, or NaN for what was not measured"
+        if name != "poses":
+            self._refuse(
+                np.isinf(values),
+                f"an infinite value in {name}; expected numbers, or NaN for what was not measured",
             )
         if name in ("poses", "reported", "commanded") and len(space.orientation) > 1:
             missing = np.isnan(values[:, space.size :])
-            half = missing.any(axis=1) & ~missing.all(axis=1)
-            if half.any():
-                raise MeasurementError(
-                    f"row {self.row_numbers[half.argmax()]} has a part of a quaternion; expected "
-                    "all of it, or NaN in all four"
-                )
+            self._refuse(
+                missing.any(axis=1) & ~missing.all(axis=1),
+                "a part of a quaternion; expected all of it, or NaN in all four",
+            )
+
+    def _refuse(self, wrong: NDArray[np.bool_], what: str) -> None:
+        """Refuse the first row that has something wrong in it, by its number."""
+        rows = _flat(wrong).any(axis=1)
+        if rows.any():
+            raise MeasurementError(f"row {self.row_numbers[rows.argmax()]} has {what}")
 
     def _check_pairs(self) -> None:
         """Refuse what was measured between rows if nobody says which."""
@@ -266,13 +269,9 @@ class MeasuredRows(Result):
                 raise MeasurementError(f"{name} have shape {values.shape}; expected {shape}")
             right = np.isin(values, each.values) if each.values else np.isfinite(values)
             right &= values >= 0 if each.counts else True
-            wrong = ~_flat(right).all(axis=1)
-            if wrong.any():
-                expected = ", ".join(f"{value:g}" for value in each.values) or "a number"
-                raise MeasurementError(
-                    f"row {self.row_numbers[wrong.argmax()]} has no {each.kind}; expected "
-                    f"{expected} in every row, or none at all"
-                )
+            expected = ", ".join(f"{value:g}" for value in each.values) or "a number"
+            what = f"no {each.kind}; expected {expected} in every row, or none at all"
+            self._refuse(~right, what)
 
     def _check_deviations(self, name: str, deviations: str) -> None:
         values, found = getattr(self, name), getattr(self, deviations)
@@ -285,12 +284,11 @@ class MeasuredRows(Result):
         shape = self._deviation_shape(name)
         if found.shape != shape:
             raise MeasurementError(f"{deviations} have shape {found.shape}; expected {shape}")
-        wrong = _flat(np.isinf(found) | (found < 0)).any(axis=1)
-        if wrong.any():
-            raise MeasurementError(
-                f"row {self.row_numbers[wrong.argmax()]} has a negative or infinite value in "
-                f"{deviations}; expected standard deviations, or NaN for the noise settings'"
-            )
+        self._refuse(
+            np.isinf(found) | (found < 0),
+            f"a negative or infinite value in {deviations}; expected standard deviations, or NaN "
+            "for the noise settings'",
+        )
 
     def _check_correlations(self, of: Observable) -> None:
         """Refuse what is no correlation of errors, and one of errors of unknown size."""
@@ -318,11 +316,11 @@ class MeasuredRows(Result):
         own = getattr(self, of.deviations)
         cut = self._places(of.name, np.full(values.shape, np.nan) if own is None else own)
         lacking = stated & (np.isnan(cut) & np.isfinite(self._places(of.name, values))).any(axis=-1)
-        if lacking.any():
-            raise MeasurementError(
-                f"row {self.row_numbers[np.argwhere(lacking)[0][0]]} has a correlation of errors "
-                f"and no standard deviation of its own; expected {of.deviations} of each coordinate"
-            )
+        self._refuse(
+            lacking,
+            "a correlation of errors and no standard deviation of its own; expected "
+            f"{of.deviations} of each coordinate",
+        )
 
     def _places(self, name: str, values: Array) -> Array:
         """Of poses and points the coordinates of places, shape (N, n, size)."""
@@ -535,6 +533,11 @@ class MeasuredRows(Result):
     def measured_legs(self) -> tuple[int, ...]:
         """The legs, from 0, that have any row of their own."""
         return tuple(leg for leg, rows in enumerate(self._leg_rows) if len(rows))
+
+    def changed(self, change: Callable[[Array], Array], *names: str) -> dict[str, Any]:
+        """Copies of those of some arrays that there are, changed, for `dataclasses.replace`."""
+        given = {name: getattr(self, name) for name in names}
+        return {name: change(np.array(e)) for name, e in given.items() if e is not None}
 
     def for_all_legs(self) -> Self:
         """Return the same measurements without sets: every row serves all legs."""

@@ -6,7 +6,7 @@ from __future__ import annotations
 import dataclasses
 import itertools
 from collections.abc import Iterator
-from typing import Any, NamedTuple, Self
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +32,7 @@ from symkin.values import Array
 _FAR = 5.0  # times as large as the same body in other rows: in another unit
 _LEAST = 0.25  # of the rows are in the unit that is taken for the usual one
 _OF_POINTS = ("base.", "target.", "point")
+_SEEN = ("points", "point_deviations", "point_correlations")
 
 
 class AsPoses(NamedTuple):
@@ -140,14 +141,10 @@ def exchanged_points(mechanism: Mechanism, measured: Measurements) -> Iterator[D
 
 def with_points_in_order(mechanism: Mechanism, measured: Measurements) -> Measurements:
     """The measurements with the points as `exchanged_points` says that they are."""
-    order, changes = _order_of_points(mechanism, measured), {}
-    for name in ("points", "point_deviations", "point_correlations"):
-        given = getattr(measured, name)
-        if given is not None:
-            changes[name] = np.array(given)
-            rows = np.arange(len(given))[:, None]
-            changes[name][rows, order] = given
-    return dataclasses.replace(measured, **changes)  # type: ignore[arg-type]
+    places = np.argsort(_order_of_points(mechanism, measured), axis=1)
+    rows = np.arange(len(places))[:, None]
+    ordered = measured.changed(lambda given: given[rows, places], *_SEEN)
+    return dataclasses.replace(measured, **ordered)
 
 
 def _order_of_points(mechanism: Mechanism, measured: Measurements) -> NDArray[np.intp]:
@@ -161,14 +158,13 @@ def _order_of_points(mechanism: Mechanism, measured: Measurements) -> NDArray[np
 
 def with_another_point(measured: Measurements, point: int, rows: NDArray[np.bool_]) -> Measurements:
     """With a point in some rows as another one, the last, and not seen there as itself."""
-    arrays: dict[str, Any] = {}
-    for name in ("points", "point_deviations", "point_correlations"):
-        given = getattr(measured, name)
-        if given is not None:
-            both = np.concatenate([given, given[:, [point]]], axis=1)
-            both[rows, point], both[~rows, -1] = np.nan, np.nan
-            arrays[name] = both
-    return dataclasses.replace(measured, **arrays)
+
+    def apart(given: Array) -> Array:
+        both = np.concatenate([given, given[:, [point]]], axis=1)
+        both[rows, point], both[~rows, -1] = np.nan, np.nan
+        return both
+
+    return dataclasses.replace(measured, **measured.changed(apart, *_SEEN))
 
 
 def _times_as_large(points: Array) -> Array:

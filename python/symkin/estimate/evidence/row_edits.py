@@ -6,6 +6,7 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import math
+import operator
 from collections.abc import Iterator
 
 import numpy as np
@@ -29,6 +30,7 @@ _MOST_TRIED = 100  # rows, if each value of a column is tried in each of them
 _FEW = 8  # rows from which a sorted column is none by chance
 _FAR = 30.0  # times as far out as the drawing has it: in another unit
 _BEYOND = 1e6  # of a cell that cannot be
+_READ = ("readings", "reading_deviations")
 
 
 def edits_of_rows(stated: Correction) -> Iterator[Correction]:
@@ -73,12 +75,12 @@ def _moved(stated: Correction, own: tuple[int, ...], late: int, begin: int = 0) 
     # Rows without a partner: the last ones, or those from where they are late.
     rows = rows[:-n] if late > 0 else np.delete(rows, slice(begin, begin + n))
     partners = rows + np.where(rows >= begin, late, 0)
-    changes = {}
-    for name in ("readings", "reading_deviations"):
-        values = getattr(measured, name)
-        if values is not None:
-            changes[name] = np.array(values[rows])
-            changes[name][:, own] = values[partners][:, own]
+
+    def moved(values: Array) -> Array:
+        found = values[rows]
+        found[:, own] = values[partners][:, own]
+        return found
+
     since = f" from row {measured.row_numbers[begin]} on" if begin else ""
     figures = {
         "shift": f"{n} row{'s' * (n > 1)} {'late' if late > 0 else 'early'}{since}",
@@ -86,7 +88,7 @@ def _moved(stated: Correction, own: tuple[int, ...], late: int, begin: int = 0) 
     }
     return stated._replace(
         cause=Doubt("rows-shifted", own, size=float(late), figures=figures),
-        measurements=dataclasses.replace(measured.subset(rows), **changes),  # type: ignore[arg-type]
+        measurements=dataclasses.replace(measured.subset(rows), **measured.changed(moved, *_READ)),
     )
 
 
@@ -232,10 +234,7 @@ def _matched(robot: Mechanism, measured: Measurements) -> Measurements | None:
     order = assigned(_by_readings(robot, measured))
     if (order == np.arange(len(order))).all():
         return None
-    changes = {"readings": measured.readings[order]}
-    if measured.reading_deviations is not None:
-        changes["reading_deviations"] = measured.reading_deviations[order]
-    return dataclasses.replace(measured, **changes)  # type: ignore[arg-type]
+    return dataclasses.replace(measured, **measured.changed(operator.itemgetter(order), *_READ))
 
 
 def _by_readings(robot: Mechanism, measured: Measurements) -> Array:

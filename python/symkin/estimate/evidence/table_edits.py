@@ -7,6 +7,7 @@ import dataclasses
 import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -44,6 +45,11 @@ UNITS_OF_LENGTHS = (1.0, *_UNITS, *_RARER_UNITS)  # of what is taken for a metre
 _SAYS = 3.0  # times the noise that heights are apart
 _MIRRORED = " is mirrored"
 _LEAST_TURNED = 6  # rows
+_POSES = ("poses", "pose_deviations")
+_LENGTHS = (
+    *("points", "point_deviations", "distances", "distance_deviations"),
+    *("heights", "height_deviations"),
+)
 _PLAINLY_OFF = 3.0  # times what the drawing and the noise leave of orientations
 _BETTER = 1.5
 _OTHER_END = "the base is told as the platform sees it, not the platform as the base does"
@@ -52,12 +58,12 @@ _AS_VECTORS = "give them as rotation vectors (rx, ry, rz) or quaternions (qx, qy
 
 def with_readings(measured: Measurements, change: Callable[[Array], Array]) -> Measurements:
     """With other readings; their standard deviations change as differences of readings do."""
-    changes: dict[str, Array] = {"readings": change(np.array(measured.readings))}
+    changes: dict[str, Any] = {"readings": change(np.array(measured.readings))}
     if measured.reading_deviations is not None:
         nothing = np.zeros_like(measured.reading_deviations)
         moved = change(np.array(measured.reading_deviations)) - change(nothing)
         changes["reading_deviations"] = np.abs(moved)
-    return dataclasses.replace(measured, **changes)  # type: ignore[arg-type]
+    return dataclasses.replace(measured, **changes)
 
 
 def edits_of_poses(stated: Correction) -> Iterator[Correction]:
@@ -263,15 +269,10 @@ def _quaternions(rotations: Array) -> Array:
 def scaled(measured: Measurements, factor: float) -> Measurements | None:
     """With other lengths, but for what a controller reports; None without any that have a unit."""
     size = measured.space.size
-    changes: dict[str, Array] = {}
-    for name in ("poses", "pose_deviations"):
-        if getattr(measured, name) is not None:
-            changes[name] = np.array(getattr(measured, name))
-            changes[name][:, :size] *= factor
-    for kind in ("point", "distance", "height"):
-        for name in (f"{kind}s", f"{kind}_deviations"):
-            if getattr(measured, name) is not None:
-                changes[name] = factor * getattr(measured, name)
+    factors = np.ones(measured.poses.shape[1])
+    factors[:size] = factor
+    changes = measured.changed(lambda poses: poses * factors[: poses.shape[1]], *_POSES)
+    changes |= measured.changed(lambda lengths: factor * lengths, *_LENGTHS)
     lengths = (
         np.abs(values[:, :size] if name == "poses" else values)
         for name, values in changes.items()
@@ -281,4 +282,4 @@ def scaled(measured: Measurements, factor: float) -> Measurements | None:
     # Heights where a probe touches are zero in any unit: a wrong one would only become small.
     if not len(known) or np.median(known) == 0:
         return None
-    return dataclasses.replace(measured, **changes)  # type: ignore[arg-type]
+    return dataclasses.replace(measured, **changes)
