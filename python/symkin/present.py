@@ -7,17 +7,17 @@ A result is made in rooms that know nothing of pages. `page_of`, `summary_of` an
 
 from __future__ import annotations
 
-import contextlib
 import functools
 import importlib
 import importlib.util
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager
 from contextvars import ContextVar
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from symkin.values import record
+from symkin.values import record, set_to
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -35,24 +35,14 @@ def asker() -> Asker:
     return _ASKER.get()
 
 
-@contextlib.contextmanager
-def asked_by(who: Asker) -> Iterator[None]:
+def asked_by(who: Asker) -> AbstractContextManager[None]:
     """Tell remedies in the language of another."""
-    before = _ASKER.set(who)
-    try:
-        yield
-    finally:
-        _ASKER.reset(before)
+    return set_to(_ASKER, who)
 
 
-@contextlib.contextmanager
-def with_figures(every: bool) -> Iterator[None]:
+def with_figures(every: bool) -> AbstractContextManager[None]:
     """Draw every figure of pages, also those for details that a good result leaves out."""
-    before = _ALL_FIGURES.set(every or _ALL_FIGURES.get())
-    try:
-        yield
-    finally:
-        _ALL_FIGURES.reset(before)
+    return set_to(_ALL_FIGURES, every or _ALL_FIGURES.get())
 
 
 @record

@@ -7,9 +7,11 @@ form are renderings of that description, and JSON comes from the fields.
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextvars import ContextVar
 from enum import Enum
 from pathlib import Path
 from typing import Any, ClassVar, TypeVar, cast, dataclass_transform
@@ -21,6 +23,7 @@ from symkin.errors import ResultsError
 
 Array = NDArray[np.float64]
 _Class = TypeVar("_Class", bound=type)
+_Item = TypeVar("_Item")
 _Scalar = TypeVar("_Scalar", bound=np.generic)
 _PLAIN = (str, int, bool, type(None))  # themselves, not what is derived from them
 
@@ -67,6 +70,11 @@ def read_only(array: NDArray[_Scalar]) -> NDArray[_Scalar]:
     """The same array, which nobody can change."""
     array.flags.writeable = False
     return array
+
+
+def evenly(count: int, most: int) -> NDArray[np.intp]:
+    """At most so many places, evenly spread over `count`."""
+    return np.unique(np.linspace(0, count - 1, min(count, most)).astype(np.intp))
 
 
 class Value:
@@ -233,7 +241,14 @@ def _short(value: Any) -> str:
     return repr(value)
 
 
-_Item = TypeVar("_Item")
+@contextlib.contextmanager
+def set_to(variable: ContextVar[_Item], value: _Item) -> Iterator[None]:
+    """Set a variable of the context for as long as this lasts."""
+    before = variable.set(value)
+    try:
+        yield
+    finally:
+        variable.reset(before)
 
 
 class FrozenMapping(dict[str, _Item]):

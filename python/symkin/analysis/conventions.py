@@ -22,7 +22,7 @@ from symkin.model.poses import (
     transforms,
     vectors_from_rotations,
 )
-from symkin.values import Array, Value, field, record
+from symkin.values import Array, Value, evenly, field, record
 
 Convention = Literal["as measured", "inverse", "conjugate", "scalar first", "mirrored"]
 
@@ -196,7 +196,7 @@ def fits_of(
         For so few poses that they would always fit.
     """
     if len(ways) > _KEPT:
-        some = np.unique(np.linspace(0, len(device) - 1, _FEW).astype(int))
+        some = evenly(len(device), _FEW)
         few = Transform(poses.rotation[some], poses.translation[some])
         tried = list(_fits(ways, device[some], few, length, space, _BRIEFLY))
         tried.sort(key=lambda fit: fit.told.cost)

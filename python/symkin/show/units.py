@@ -11,6 +11,7 @@ from contextvars import ContextVar
 from symkin.errors import QuantityError
 from symkin.storage.quantities import is_unit, unit_factor, unit_names
 from symkin.storage.tables import WRITTEN_UNITS
+from symkin.values import set_to
 
 _SIGNS = {"deg": "\N{DEGREE SIGN}", "um": "\N{MICRO SIGN}m", "urad": "\N{MICRO SIGN}rad"}
 _UNITS: ContextVar[tuple[str, str]] = ContextVar("units", default=("mm", "deg"))
@@ -44,13 +45,9 @@ def in_units(text: str) -> Iterator[None]:
     that are asked for, to nanometres and nanoradians; else in m and rad, with all digits.
     """
     length, angle = units_of(text)
-    told = _UNITS.set((length, angle))
-    written = WRITTEN_UNITS.set({"m": length, "rad": angle} if text.strip() else {})
-    try:
+    written = {"m": length, "rad": angle} if text.strip() else {}
+    with set_to(_UNITS, (length, angle)), set_to(WRITTEN_UNITS, written):
         yield
-    finally:
-        WRITTEN_UNITS.reset(written)
-        _UNITS.reset(told)
 
 
 def on_paper(unit: str) -> tuple[float, str]:

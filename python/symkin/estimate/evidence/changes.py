@@ -302,7 +302,8 @@ def _lags(found: Found, rows: Rows) -> Iterator[tuple[str, Array]]:
     robot = robot.replace(frames=None) if found.legs else robot
     frames = robot.frames or Frames()
     seen = transforms(robot.pose_space, framed(robot, places)[rows.order])
-    moves = np.nan_to_num(between(_of(seen, slice(-1)), _of(seen, slice(1, None))))
+    before, after = (Transform(*(e[some] for e in seen)) for some in (slice(-1), slice(1, None)))
+    moves = np.nan_to_num(between(before, after))
     away = np.nan_to_num(seen.translation - frame(robot.pose_space, frames.base).translation)[1:]
     turns = np.zeros_like(moves)
     turns[:, :3], turns[:, 3:] = np.cross(away, moves[:, 3:]), moves[:, 3:]
@@ -313,10 +314,6 @@ def _lags(found: Found, rows: Rows) -> Iterator[tuple[str, Array]]:
             column[1:] -= behind[:, [_AXES[name]]] * rows.by_base[1:, :, i]
         if np.square(column).sum() > _CLEAR_MOVES * np.count_nonzero(column) ** 2:
             yield of, column
-
-
-def _of(motions: Transform, some: slice) -> Transform:
-    return Transform(motions.rotation[some], motions.translation[some])
 
 
 def _along(rows: Rows, late: Covariate) -> Array:

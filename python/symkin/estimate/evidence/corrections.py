@@ -188,7 +188,7 @@ def explained(
         if cause is None:
             raise
         error.likely_cause, words = cause, str(cause)
-        error.corrected, error.redrawn = corrected_table(tried), corrected_drawing(tried)
+        error.corrected, error.redrawn = corrected_by(tried)
         if cause.code in _MENDED:
             error.corrected = _MENDED[cause.code](mechanism, measurements)
         if error.redrawn is not None:
@@ -214,20 +214,12 @@ def likely_cause(tried: Sequence[Hypothesis]) -> Doubt | None:
     return causes[0].as_cause(causes[1:], before, after, whole=whole)
 
 
-def corrected_table(tried: Sequence[Hypothesis]) -> Measurements | None:
-    """The measurements as the one cause that explains them corrects them, if it does."""
+def corrected_by(tried: Sequence[Hypothesis]) -> tuple[Measurements | None, Mechanism | None]:
+    """Table and drawing as the one cause that explains all corrects them, if there is one."""
     proposed = [each for each in tried if each.proposed and each.cause is not None]
     if len(proposed) != 1 or not proposed[0].explained:
-        return None
-    return proposed[0].table
-
-
-def corrected_drawing(tried: Sequence[Hypothesis]) -> Mechanism | None:
-    """The mechanism as the one cause that explains the measurements corrects it, if it does."""
-    proposed = [each for each in tried if each.proposed and each.cause is not None]
-    if len(proposed) != 1 or not proposed[0].explained:
-        return None
-    return proposed[0].drawing
+        return None, None
+    return proposed[0].table, proposed[0].drawing
 
 
 def hypotheses_of(

@@ -22,7 +22,7 @@ from symkin.estimate.evidence.measured import with_modes
 from symkin.estimate.evidence.numbers import sensors_off
 from symkin.estimate.evidence.row_edits import edits_of_rows
 from symkin.estimate.evidence.table_edits import edits_of_poses, rarer_edits, with_readings
-from symkin.estimate.evidence.trial import Cause, Correction
+from symkin.estimate.evidence.trial import Cause, Correction, with_priors
 from symkin.estimate.options import EstimateOptions
 from symkin.model.mechanism import Mechanism
 from symkin.model.turns import turn_of
@@ -245,16 +245,12 @@ def _sensors(stated: Correction) -> Iterator[Correction]:
 
         return of
 
-    given = stated.options.prior
-    if isinstance(given, str) or given is None:
-        given = {}
-
     def of(legs: tuple[int, ...], name: str, robot: Mechanism) -> Correction:
         wide = {f"leg{leg + 1}.{name}": float(widths[name][leg]) for leg in legs}
         options = stated.options
         if name == "sensor_gain":  # all zeros that are held wrong are as a turned frame is
             options = _freed(options, name, legs, count)
-        options = dataclasses.replace(options, prior={**given, **wide})
+        options = with_priors(options, wide)
         return stated.of(cause(legs, name), robot, options)._replace(wide=len(legs))
 
     for legs in _sets(count, alone=True):

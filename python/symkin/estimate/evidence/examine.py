@@ -29,8 +29,7 @@ from symkin.estimate.evidence.computed import rows_not_measured, without_compute
 from symkin.estimate.evidence.corrections import (
     Budget,
     Hypothesis,
-    corrected_drawing,
-    corrected_table,
+    corrected_by,
     hypotheses_of,
     likely_cause,
 )
@@ -512,7 +511,7 @@ def _judged(estimate: Found, what: Noticed) -> Evidence:
             tried = hypotheses_of(*asked, by_leg=bool(found.legs), budget=budget, shaped=shaped)
             cause = likely_cause(tried)
             if rows is estimate.measurements:  # no row of these is lost
-                corrected, redrawn = corrected_table(tried), corrected_drawing(tried)
+                corrected, redrawn = corrected_by(tried)
             if rest is found.measurements or (cause is not None and cause.explains):
                 break
         steps = {each.code for each in what.symptoms if each.figures.get("most") is True}

@@ -19,7 +19,7 @@ from symkin.estimate.evidence.trial import Correction
 from symkin.model.framing import framed, unframed
 from symkin.model.poses import transforms
 from symkin.model.turns import shortest_ways
-from symkin.values import Array
+from symkin.values import Array, evenly
 
 _MOST = 0.25  # of the rows: more than that are no errors of single rows
 _FAR = (30.0, 6.0)  # times as far off as most rows
@@ -77,7 +77,7 @@ def _apart(stated: Correction) -> Array | None:
     start = unframed(robot, poses[known]) if "base" not in stated.options.frames else None
     start = start if whole[known].all() else None
     readings = measured.readings[known]
-    few = np.unique(np.linspace(0, len(readings) - 1, min(len(readings), _TRIED)).astype(int))
+    few = evenly(len(readings), _TRIED)
     tried = robot.forward_kinematics(readings[few], None if start is None else start[few])[0]
     if not np.isfinite(tried).all(axis=1).any():
         return None
@@ -86,7 +86,7 @@ def _apart(stated: Correction) -> Array | None:
     if 2 * reached.sum() <= len(known):
         return None
     some = np.flatnonzero(reached)
-    some = some[np.unique(np.linspace(0, len(some) - 1, min(len(some), _COMPARED)).astype(int))]
+    some = some[evenly(len(some), _COMPARED)]
     apart = np.zeros(len(poses))
     tolerances = robot.tolerances
     if space.moves:

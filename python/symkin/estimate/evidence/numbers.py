@@ -18,7 +18,7 @@ import numpy as np
 from symkin import _core
 from symkin.errors import SymkinError
 from symkin.estimate.evidence.findings import Doubt
-from symkin.estimate.evidence.trial import Correction
+from symkin.estimate.evidence.trial import Correction, with_priors
 from symkin.model.framing import unframed
 from symkin.model.mechanism import Mechanism
 from symkin.model.tolerances import parameter_tolerances
@@ -152,7 +152,6 @@ class _Number:
     def freed(self, robot: Mechanism) -> Correction:
         """With no tolerance of these numbers, from where a robot has them."""
         options = self.stated.options
-        given = {} if isinstance(options.prior, str) or options.prior is None else options.prior
         if self.held:  # in all legs by one factor, or by one shift
             fixed = tuple(each for each in options.fixed if each not in self.names)
             free = None if options.free is None else (*options.free, *self.names)
@@ -164,8 +163,7 @@ class _Number:
             if self.leading == self.legs
             else [f"leg{leg + 1}.{name}" for leg in self.leading for name in self.names]
         )
-        prior = {**given, **dict.fromkeys(patterns, wide)}
-        options = dataclasses.replace(options, prior=prior)
+        options = with_priors(options, dict.fromkeys(patterns, wide))
         stated = self.stated
         freed = stated.of(self._told, robot, options)
         if not self.held and robot is stated.mechanism:

@@ -25,7 +25,7 @@ from symkin.estimate.unknowns import Layout
 from symkin.model.core_setup import core_setup
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import NoiseSettings
-from symkin.values import Array
+from symkin.values import Array, evenly
 
 Cause = Doubt | Callable[[_core.JointFit], Doubt | None]  # which may depend on the fit
 
@@ -218,9 +218,7 @@ class Correction(NamedTuple):
     def some(self, most: int) -> Correction:
         """With few of the poses, evenly spread, and over the sets of the legs too."""
         order = np.argsort(self.measurements.leg_sets, kind="stable")
-        count = len(order)
-        places = np.unique(np.linspace(0, count - 1, min(count, most)).astype(int))
-        return self.subset(np.sort(order[places]))
+        return self.subset(np.sort(order[evenly(len(order), most)]))
 
     def subset(self, rows: NDArray[np.intp]) -> Correction:
         """With some of the poses."""
@@ -250,6 +248,12 @@ class Correction(NamedTuple):
         if isinstance(self.cause, Doubt):
             return self.cause
         return None if fit is None else self.cause(fit)
+
+
+def with_priors(options: EstimateOptions, priors: Mapping[str, float]) -> EstimateOptions:
+    """With priors beside those that are asked for by name, or over them."""
+    given = options.prior if isinstance(options.prior, Mapping) else {}
+    return dataclasses.replace(options, prior={**given, **priors})
 
 
 def per_degree(fit: _core.JointFit | None) -> float:

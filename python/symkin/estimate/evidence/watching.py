@@ -3,15 +3,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 from contextvars import ContextVar
+
+from symkin.values import set_to
 
 _TOLD: ContextVar[Callable[[], None] | None] = ContextVar("told", default=None)
 
 
-@contextmanager
-def watched_search(tell: Callable[[int], None]) -> Iterator[None]:
+def watched_search(tell: Callable[[int], None]) -> AbstractContextManager[None]:
     """Show the search for what is wrong with measurements, which Ctrl-C then ends by itself.
 
     What speaks against an estimate is said without a cause then, and that the search was ended. Of
@@ -29,21 +30,12 @@ def watched_search(tell: Callable[[int], None]) -> Iterator[None]:
         count += 1
         tell(count)
 
-    token = _TOLD.set(told)
-    try:
-        yield
-    finally:
-        _TOLD.reset(token)
+    return set_to(_TOLD, told)
 
 
-@contextmanager
-def unwatched_search() -> Iterator[None]:
+def unwatched_search() -> AbstractContextManager[None]:
     """Have Ctrl-C end everything again."""
-    token = _TOLD.set(None)
-    try:
-        yield
-    finally:
-        _TOLD.reset(token)
+    return set_to(_TOLD, None)
 
 
 def looked() -> None:

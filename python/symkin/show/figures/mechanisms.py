@@ -35,13 +35,12 @@ from symkin.show.figures.style import (
     new_figure,
     sign,
     spatial_axes,
-    thinned,
 )
 from symkin.show.skeleton import Joint, Skeleton, arcs, skeleton_of
 from symkin.show.theme import ACCENT, BEFORE, INK, LINE, PAPER
 from symkin.show.units import on_paper
 from symkin.show.wording import setting
-from symkin.values import Array, record
+from symkin.values import Array, evenly, record
 
 _BODIES = {"base": "#BDBDBD", "platform": "#8FB8DE"}
 _JOINTS = {"R": "revolute", "P": "prismatic", "U": "universal", "S": "spherical"}
@@ -328,7 +327,7 @@ def _cloud(
     if given is None and isinstance(chosen, Plan):
         given = chosen.candidates
     cloud = pose_rows(sample_workspace(mechanism, _CLOUD) if given is None else given)
-    return cloud[thinned(len(cloud), _CLOUD)]
+    return cloud[evenly(len(cloud), _CLOUD)]
 
 
 def _height(mechanism: Mechanism, poses: Array) -> Array:

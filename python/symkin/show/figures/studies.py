@@ -28,7 +28,6 @@ from symkin.show.figures.style import (
     new_figure,
     own_axes,
     sign,
-    thinned,
 )
 from symkin.show.figures.workspaces import (
     along_equal_readings,
@@ -42,6 +41,7 @@ from symkin.show.units import on_paper
 from symkin.study import CellSummary, CostResult, ErrorFigure, StudyResult
 from symkin.study.asymmetry import Curve
 from symkin.study.cost import TASKS
+from symkin.values import evenly
 
 _MILLI = 1e3
 _LINES: tuple[Literal["-", "--", ":", "-."], ...] = ("-", "--", ":", "-.")
@@ -327,8 +327,8 @@ def chosen_readings(
     spatial = reading_axes(figure, places[0], plan.mechanism, range(3), "", limits)
     flat = axial_axes(figure, places[1], plan.mechanism, range(3))
     dots: dict[str, Any] = {"c": _CLOUD, "s": 2, "linewidths": 0, "rasterized": True}
-    spatial.scatter(*cloud[thinned(len(cloud), _SPATIAL_LIMIT)].T, depthshade=False, **dots)
-    flat.scatter(*along_equal_readings(cloud[thinned(len(cloud), _FLAT_LIMIT)]).T, **dots)
+    spatial.scatter(*cloud[evenly(len(cloud), _SPATIAL_LIMIT)].T, depthshade=False, **dots)
+    flat.scatter(*along_equal_readings(cloud[evenly(len(cloud), _FLAT_LIMIT)]).T, **dots)
     for number, leg in enumerate(sets):
         chosen = shown_readings(plan.mechanism, plan.readings[plan.rows_of_set(leg)])
         style = leg_style(number)

@@ -23,7 +23,6 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import FixedLocator, LogFormatter, LogLocator, MaxNLocator
 from matplotlib.transforms import Bbox
 from mpl_toolkits.mplot3d import Axes3D  # type: ignore[import-untyped]
-from numpy.typing import NDArray
 
 from symkin.show.theme import GRID, INK, LEG_COLOURS, LINE, PANE, PAPER
 from symkin.values import Array
@@ -229,11 +228,6 @@ def colour_bar(
     bar.ax.tick_params(labelsize=SMALL, labelcolor=INK, color=LINE)
     bar.outline.set_visible(False)
     bar.solids.set(alpha=1.0, rasterized=True)  # type: ignore[union-attr]
-
-
-def thinned(count: int, limit: int) -> NDArray[np.intp]:
-    """At most `limit` indices, evenly spread over `count`."""
-    return np.unique(np.linspace(0, count - 1, min(count, limit)).astype(np.intp))
 
 
 def _label(axes: Axes, title: str, x: str, y: str) -> None:

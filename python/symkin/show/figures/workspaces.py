@@ -41,7 +41,6 @@ from symkin.show.figures.style import (
     own_axes,
     sign,
     spatial_axes,
-    thinned,
 )
 from symkin.show.theme import (
     ACCENT,
@@ -52,7 +51,7 @@ from symkin.show.theme import (
 )
 from symkin.show.units import on_paper
 from symkin.show.wording import given
-from symkin.values import Array
+from symkin.values import Array, evenly
 
 _SIZES = {"planar": (8.6, 4.2), "point": (4.6, 4.4)}  # inches
 _SIZE_IN_SPACE = (8.8, 3.7)
@@ -153,7 +152,7 @@ def poses(
     figure = new_figure(*_SIZES.get(space, _SIZE_IN_SPACE), figure)
     columns = 2 if space == "planar" else len(views)
     places = figure.add_gridspec(1, columns, width_ratios=(1, 1.3) if columns == 2 else None)
-    drawn = cloud[thinned(len(cloud), _FLAT_LIMIT)]
+    drawn = cloud[evenly(len(cloud), _FLAT_LIMIT)]
     panels, axes = [], []
     for column, view in enumerate(views):
         axes.append(flat_axes(figure, places[column], x=view.x_label, y=view.y_label))
@@ -288,7 +287,7 @@ def _draw_with_angle(figure: FigureBase, place: Any, cloud: Array, sets: Sequenc
     axes = spatial_axes(figure, place, labels=labels)
     scale = np.array([length, length, angle])
     few, *sets = (
-        scale * each[:, :3] for each in (cloud[thinned(len(cloud), _SPATIAL_LIMIT)], *sets)
+        scale * each[:, :3] for each in (cloud[evenly(len(cloud), _SPATIAL_LIMIT)], *sets)
     )
     style: dict[str, Any] = {"cmap": COLOUR_MAP, "s": 3, "alpha": 0.5, "linewidths": 0}
     axes.scatter(*few[:, :3].T, c=few[:, 2], depthshade=False, rasterized=True, **style)
@@ -395,7 +394,7 @@ def _scatter(axes: Any, points: Array, colours: Sequence[str]) -> None:
 
 def _coloured(readings: Array, legs: Sequence[int]) -> tuple[Array, list[str]]:
     """Readings that a figure can hold, and the colour of the leg that reads most."""
-    shown = readings[thinned(len(readings), _POINTS)]
+    shown = readings[evenly(len(readings), _POINTS)]
     return shown, [leg_style(legs[number]).colour for number in shown.argmax(axis=1)]
 
 
@@ -467,7 +466,7 @@ def _draw_two_legs(study: WorkspaceStudy, figure: FigureBase | None) -> FigureBa
     x, y = (_reading_label(study.mechanism, leg) for leg in (0, 1))
     axes = flat_axes(figure, figure.add_gridspec(1, 1)[0], title=study.mechanism.name, x=x, y=y)
     readings = shown_readings(study.mechanism, study.sample.readings)
-    shown = readings[thinned(len(readings), _POINTS)]
+    shown = readings[evenly(len(readings), _POINTS)]
     exchange = _exchange_sign(study)
     nearer = (shown[:, 0] < exchange * shown[:, 1]).astype(np.intp)
     _scatter(axes, shown, [leg_style(leg).colour for leg in nearer])
