@@ -427,8 +427,13 @@ CsvTable::CsvTable(std::string_view text, CsvPart part) : text_(text), separator
       continue;
     }
     if (cells != columns_.size()) {
+      // Of a file with a heading no row fits its first line.
+      const std::string heading =
+          row_count() > 0 ? ""
+                          : ", as the first row, which names the columns: what stands before "
+                            "these begins with #";
       throw InvalidInput("row " + std::to_string(line) + " has " + std::to_string(cells) +
-                         " cells; expected " + std::to_string(columns_.size()));
+                         " cells; expected " + std::to_string(columns_.size()) + heading);
     }
     starts_.push_back(start);
     lines_.push_back(line);

@@ -13,6 +13,7 @@ import numpy as np
 
 from symkin import _core
 from symkin.errors import MeasurementError
+from symkin.storage.csv_headers import with_plain_header
 from symkin.storage.table_columns import Column
 from symkin.storage.tables import (
     GZIP,
@@ -29,7 +30,6 @@ from symkin.storage.tables import (
     require_kind,
     utf8,
 )
-from symkin.storage.unit_rows import with_units_in_names
 
 _Error = Callable[[str], MeasurementError]
 
@@ -105,7 +105,7 @@ def _csv_blocks(path: Path, together: str, compressed: bool, error: _Error) -> I
             if not number and last and (not text or text.isspace()):
                 raise error("the file is empty")
             if not header:
-                text = with_units_in_names(text)
+                text = with_plain_header(text)
             given = header + text
             try:
                 read = _core.CsvTable(given, passed, last)

@@ -23,9 +23,9 @@ from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import MeasurementError, SymkinError, did_you_mean, known_extension
+from symkin.storage.csv_headers import with_plain_header
 from symkin.storage.quantities import unit_factor
 from symkin.storage.table_columns import Column, CsvCells, Numbers, Words, column_of
-from symkin.storage.unit_rows import with_units_in_names
 from symkin.values import Array
 
 
@@ -521,7 +521,7 @@ def _csv_table(
 ) -> Table:
     """CSV: UTF-8, UTF-16 with its mark, or Latin-1; commas, semicolons or tabs."""
     try:
-        read = _core.CsvTable(with_units_in_names(utf8(data, error)))
+        read = _core.CsvTable(with_plain_header(utf8(data, error)))
     except _core.Error as unreadable:
         raise error(str(unreadable)) from unreadable
     return Table(path, name, csv_columns(read), read.lines)

@@ -132,7 +132,9 @@ TEST(CsvTable, IsReadInPartsAsItIsAsAWhole) {
 
 TEST(CsvTable, NamesTheLineOfWhatItRefuses) {
   EXPECT_EQ(refusal("a,b\n1,2\n\n3\n"), "row 4 has 1 cells; expected 2");
-  EXPECT_EQ(refusal("a,b\n# c\n1,2,3\n"), "row 3 has 3 cells; expected 2");
+  EXPECT_EQ(refusal("a log\n\n1,2,3\n"),
+            "row 3 has 3 cells; expected 1, as the first row, which names the columns: what stands "
+            "before these begins with #");
   EXPECT_EQ(refusal("a\n1\x01\n"), "cannot be read: row 2 has a character '\\x01'; expected text");
   EXPECT_EQ(refusal("a,b\n,\n"), "there are no rows below the header");
   EXPECT_EQ(refusal("1,2\n3,4\n"), "its first row has numbers; expected the names of the columns");

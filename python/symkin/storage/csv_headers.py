@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Units that stand in a line of their own below the names of columns."""
+"""What spreadsheets and loggers write around the names of columns in CSV."""
 
 from __future__ import annotations
 
@@ -7,16 +7,22 @@ import re
 
 from symkin.storage.quantities import unit_names
 
+_HINT = re.compile(rb"\A(?=sep=[,;\t][ \t]*\r?\n)", re.IGNORECASE)
 _BEFORE = re.compile(rb"(?:[ \t]*(?:#[^\n]*)?\r?\n)*")  # empty lines and comments
 _NONE = {"", "-"}
 _HAS_UNIT = re.compile(r"[\])]\s*$")
 
 
-def with_units_in_names(text: bytes) -> bytes:
-    """Return CSV with the units of its second line in the names of its columns, if it has such.
+def with_plain_header(text: bytes) -> bytes:
+    """Return CSV whose names of columns come first, with their units.
 
-    That line becomes a comment, so that the rows below keep their numbers.
+    A line "sep=;" before them, which a spreadsheet reads, and a line of units below them become
+    comments, so that the rows keep their numbers.
     """
+    return _with_units_in_names(_HINT.sub(b"#", text, count=1))
+
+
+def _with_units_in_names(text: bytes) -> bytes:
     begin = _BEFORE.match(text)
     assert begin is not None
     end = text.find(b"\n", begin.end())
