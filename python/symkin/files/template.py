@@ -8,6 +8,8 @@ import re
 import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import combinations
+from pathlib import Path
+from typing import Any, NamedTuple
 
 from symkin.errors import MechanismError
 from symkin.files.mechanism_writer import SCHEMA_LINE
@@ -17,10 +19,10 @@ from symkin.model.poses import POSE_SPACES
 from symkin.model.settings import DeclaredSymmetry, WorkspaceSettings
 from symkin.model.symmetry import generate_legs
 from symkin.storage.quantities import evaluate_quantity
+from symkin.storage.templates import templates_of
 from symkin.storage.toml_file import toml_value
 
-_CHAIN = "joints from base to platform, the actuated one in brackets"
-_PLATFORM = '"rigid" if it moves and turns, "point" or "translating" if it only moves'
+_TEMPLATES = Path(__file__).parent / "templates"
 _SAME = 1e-9
 _WORST = 15.0  # condition number at home, which the limit of the file must leave room
 _LENGTH = 0.2  # m, that makes turns of mixed legs' platforms comparable with ways
@@ -129,6 +131,14 @@ _CARRIED = (
 )
 
 
+class _LegText(NamedTuple):
+    """What a file says of a leg: value and meaning of each parameter."""
+
+    info: ChainInfo
+    mode: int
+    texts: Mapping[str, tuple[str, str]]
+
+
 def mechanism_template(chain: str, legs: int | None = None, platform: str = "rigid") -> str:
     """Return the text of a mechanism file to begin with.
 
@@ -185,16 +195,9 @@ def _symmetric_template(chain: str, legs: int | None, platform: str) -> str:
             f"{legs} legs {chain}: two of them would be the same; expected 2 or an odd number"
         )
     symmetry, axis, carried = _symmetry(info, legs)
-    described = f"""# Leg 1 is carried to the others {carried}.
-# Legs that differ are listed instead, as tables [[legs]] with the keys of [reference_leg].
-[symmetry]
-group = "{symmetry.group}"
-legs = {legs}
-{axis}
-[reference_leg]
-{_mode_line(info, _mode(info))}{_lines(_texts(info))}"""
-    head = f'chain = "{chain}"  # {_CHAIN}\n'
-    return _file(head, [info], info.reading_unit, described)
+    described = _LegText(info, _mode(info), _texts(info))
+    mirror = {"symmetry": symmetry, "axis": axis, "carried": carried, "count": legs}
+    return _file([described], info.reading_unit, chain=chain, **mirror)
 
 
 def _mixed_template(counts: Mapping[str, int], platform: str) -> str:
@@ -237,7 +240,7 @@ def _mixed_template(counts: Mapping[str, int], platform: str) -> str:
             f"there is no file to begin with for {' and '.join(counts)} together: begin with that "
             "of one chain, list the [[legs]], and give each its chain"
         )
-    parts = []
+    described = []
     for leg, info in zip(best, infos, strict=True):
         own = dict(texts[info.name])
         for name, value in given[info.name].items():
@@ -245,9 +248,8 @@ def _mixed_template(counts: Mapping[str, int], platform: str) -> str:
             if abs(found - value) > _SAME:  # an angle, or what a reflection turns round
                 said = f'"{math.degrees(found):.6g} deg"' if of == "rad" else f"{found!r}"
                 own[name] = (said, own[name][1])
-        head = f'[[legs]]\nchain = "{info.name}"  # {_CHAIN}\n'
-        parts.append(head + _mode_line(info, leg.working_mode) + _lines(own))
-    return _file("", infos, unit, "# Each leg names its chain.\n" + "\n".join(parts))
+        described.append(_LegText(info, leg.working_mode, own))
+    return _file(described, unit, chain="", symmetry=None)
 
 
 def _orders(counts: Sequence[int], places: Sequence[int]) -> Iterator[tuple[int, ...]]:
@@ -317,17 +319,17 @@ def _checked(legs: int | None, info: ChainInfo) -> int:
 
 
 def _symmetry(info: ChainInfo, legs: int) -> tuple[DeclaredSymmetry, str, str]:
-    """What carries a leg to as many, the line of the file that says its axis, and how it does."""
+    """What carries a leg to as many, what the file says of its axis, and how it does."""
     space = POSE_SPACES[info.pose_space]
     if space.size == 3 and space.turns and info.closures == 1:
         return (
             DeclaredSymmetry("D3", math.radians(210)),
-            'axis = "210 deg"  # of the mirror between legs 1 and 2\n',
+            '"210 deg"  # of the mirror between legs 1 and 2',
             "by turns and reflections, in mirrored pairs",
         )
     if legs == 2:
         mirror = DeclaredSymmetry("D1", math.radians(90))
-        return mirror, 'axis = "90 deg"  # of the mirror\n', "by a reflection"
+        return mirror, '"90 deg"  # of the mirror', "by a reflection"
     return DeclaredSymmetry(f"C{legs}"), "", f"by turns of 360/{legs} degrees"
 
 
@@ -345,14 +347,6 @@ def _texts(info: ChainInfo) -> dict[str, tuple[str, str]]:
 
 def _mode(info: ChainInfo) -> int:
     return _MODES.get(info.name, 1) if POSE_SPACES[info.pose_space].moves else -1
-
-
-def _mode_line(info: ChainInfo, mode: int) -> str:
-    return f"working_mode = {mode}  # -1 or 1: {info.description}\n"
-
-
-def _lines(texts: Mapping[str, tuple[str, str]]) -> str:
-    return "".join(f"{name} = {value}  # {meaning}\n" for name, (value, meaning) in texts.items())
 
 
 def _box(info: ChainInfo) -> tuple[dict[str, str], str]:
@@ -386,52 +380,34 @@ def _common_box(infos: Sequence[ChainInfo]) -> tuple[dict[str, str], str]:
     return found, f"{middle:g} m"
 
 
-def _file(head: str, infos: Sequence[ChainInfo], reading_unit: str, legs: str) -> str:
-    """The whole: what is at the top, the legs' text, and the settings that suit them."""
+def _file(legs: Sequence[_LegText], reading_unit: str, **described: Any) -> str:
+    """The whole: what is at the top, the legs, and the settings that suit them."""
+    infos = [leg.info for leg in legs]
     info = infos[0]
     space = POSE_SPACES[info.pose_space]
     box, height = _common_box(infos)
-    bounds = "".join(f"{name} = {limits}\n" for name, limits in box.items())
     home = ""
     if space.size == 3:
         at = dict(zip(space.units, ["0 m", "0 m", height] + ["0 deg"] * 3, strict=False))
-        home = f"home = {toml_value([at[name] for name in info.box])}  # well inside\n"
-    noise = ('position = "0.1 mm"\n' if space.moves else "") + 'orientation = "0.1 mrad"\n'
-    made = 'length = "1 mm"\n' if space.moves else ""
-    length = ""
-    if space.turns and len({each.name for each in infos}) > 1:
-        length = f"characteristic_length = {_LENGTH}  # counts as much as one radian below\n"
-    identified = max(_identified(each) for each in infos)
-    return f"""{SCHEMA_LINE}
-#
-# A mechanism to begin with: put your dimensions in place of these, then run `symkin check` on it.
-# Lengths are m and angles rad unless a unit is written, such as "12.5 mm" or "30 deg"; text may be
-# an expression, such as "6 m / sqrt(3)".
-
-schema = 1
-{head}platform = "{info.platform}"  # {_PLATFORM}
-reading_unit = "{reading_unit}"  # what the sensors read: "rad" or "m"
-
-{legs}
-# The box of poses in which to measure; home, by default the origin, says which assembly is meant.
-[workspace]
-{bounds}{home}{length}conditioning_limit = 20  # leaves out poses near singularities
-
-# Standard deviations of what is measured. A table [device] with, say, kind = "motion capture" sets
-# those that are left out here, and what is observed and unknown then: see `symkin list --devices`.
-[noise]
-{noise}reading = 0
-
-# Standard deviations of the parts as they are made.
-[tolerances]
-{made}angle = "1 mrad"
-gain = 1e-3
-
-[protocol]
-pose_count = {3 * identified}  # for each leg: three times its {identified} parameters
-candidates = 20000
-seed = 1
-"""
+        home = toml_value([at[name] for name in info.box])
+    mixed = len({each.name for each in infos}) > 1
+    text = (
+        templates_of(_TEMPLATES)
+        .get_template("mechanism.toml")
+        .render(
+            schema_line=SCHEMA_LINE,
+            platform=info.platform,
+            reading_unit=reading_unit,
+            legs=legs,
+            box=box,
+            home=home,
+            length=_LENGTH if space.turns and mixed else None,
+            moves=space.moves,
+            identified=max(_identified(each) for each in infos),
+            **described,
+        )
+    )
+    return f"{text}\n"
 
 
 def _identified(info: ChainInfo) -> int:

@@ -11,12 +11,12 @@ if TYPE_CHECKING:
 
 
 def templates_of(folder: Path) -> jinja2.Environment:
-    """Templates of HTML and XML, whose values are escaped, and must all be given."""
+    """Templates whose values must all be given, and are escaped but in TOML."""
     import jinja2  # which takes a while
 
     return jinja2.Environment(
         loader=jinja2.FileSystemLoader(folder),
-        autoescape=True,
+        autoescape=lambda name: name is None or not name.endswith(".toml"),
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
