@@ -10,7 +10,7 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Hashable, Iterable, Iterator, Mapping
 from contextvars import ContextVar
 from enum import Enum
 from pathlib import Path
@@ -24,6 +24,7 @@ from symkin.errors import ResultsError
 Array = NDArray[np.float64]
 _Class = TypeVar("_Class", bound=type)
 _Item = TypeVar("_Item")
+_Key = TypeVar("_Key", bound=Hashable)
 _Scalar = TypeVar("_Scalar", bound=np.generic)
 _PLAIN = (str, int, bool, type(None))  # themselves, not what is derived from them
 
@@ -70,6 +71,14 @@ def read_only(array: NDArray[_Scalar]) -> NDArray[_Scalar]:
     """The same array, which nobody can change."""
     array.flags.writeable = False
     return array
+
+
+def places_of(keys: Iterable[_Key]) -> dict[_Key, list[int]]:
+    """Where each key stands among all, from 0, in their order of appearance."""
+    found: dict[_Key, list[int]] = {}
+    for place, key in enumerate(keys):
+        found.setdefault(key, []).append(place)
+    return found
 
 
 def evenly(count: int, most: int) -> NDArray[np.intp]:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from symkin.data.observables import PAIR
 from symkin.storage.tables import Table
+from symkin.values import places_of
 
 STATUS, ROW, TIME = "status", "row", "time_s"
 LINK = f"{PAIR}1_row"  # the number of the row that one was measured with
@@ -52,11 +53,8 @@ def only_counting(table: Table, robot: str = "") -> Table:
     statuses = table.texts(STATUS)
     numbers = table.texts(ROW) if ROW in table.names else [""] * len(statuses)
     robots = table.texts(robot) if robot in table.names else [""] * len(statuses)
-    lines: dict[str, list[int]] = {}
-    for line, name in enumerate(robots):
-        lines.setdefault(name, []).append(line)
     counting = []
-    for name, own in lines.items():
+    for name, own in places_of(robots).items():
         places = counting_rows([statuses[line] for line in own], [numbers[line] for line in own])
         if not len(places):
             of = f' of robot "{name}"' if name else ""

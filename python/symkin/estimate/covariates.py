@@ -102,9 +102,10 @@ def covariates_of(
         found += _late(mechanism, measurements)
     for what in ("leg", "frame"):
         if {"leg": "offsets", "frame": "frames"}[what] in sessions:
-            for number, rows in sessions_of(measurements).items():
+            own = sessions_of(measurements)
+            for number, rows in own.items():  # which others are compared with the last
                 each = moving(f"session{number}", what, rows.astype(float))
-                found.append(replace(each, is_reference=bool(number == last_session(measurements))))
+                found.append(replace(each, is_reference=number == max(own)))
     return tuple(found)
 
 
@@ -170,11 +171,6 @@ def sessions_of(measurements: Measurements) -> dict[int, NDArray[np.bool_]]:
             f"each{one}"
         )
     return {number: np.asarray(given == number) for number in numbers}
-
-
-def last_session(measurements: Measurements) -> int:
-    """The session that others are compared with: that of the largest number."""
-    return max(sessions_of(measurements))
 
 
 def steps_of(given: Sequence[str | int] | str | int | None) -> tuple[str, ...] | None:

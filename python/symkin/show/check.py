@@ -41,6 +41,7 @@ from symkin.show.wording import (
     sources,
 )
 from symkin.show.workspace import elements_table, sampling_table
+from symkin.values import places_of
 
 _TITLES = {
     4: "Section 4: symmetrical active-joint workspace",
@@ -463,9 +464,7 @@ def conditions_page(conditions: Conditions) -> Page:
 
 def _orbits(mechanism: Mechanism) -> str:
     """Which legs are images of each other."""
-    orbits: dict[int, list[int]] = {}
-    for leg, (reference, _) in enumerate(leg_carriers(mechanism)):
-        orbits.setdefault(reference, []).append(leg)
+    orbits = places_of(reference for reference, _ in leg_carriers(mechanism))
     if len(orbits) == 1:
         return (
             "All legs are images of leg 1. The elements G_C of the table carry it, and the poses "

@@ -47,7 +47,7 @@ from symkin.show.wording import (
     setting,
     span,
 )
-from symkin.values import Array
+from symkin.values import Array, places_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -107,9 +107,7 @@ def mechanism_section(
 
 def _identified(mechanism: Mechanism) -> str:
     """How many parameters each leg has to identify."""
-    legs_of: dict[int, list[int]] = {}
-    for leg, count in enumerate(mechanism.estimated_counts):
-        legs_of.setdefault(count, []).append(leg)
+    legs_of = places_of(mechanism.estimated_counts)
     if len(legs_of) == 1:
         return f"{next(iter(legs_of))} parameters to identify on each"
     on = []
@@ -184,11 +182,15 @@ def held_parameters(mechanism: Mechanism) -> list[str]:
     """Say which parameters are held since others do the same; nothing if none is."""
     if any(mechanism.leg_info(leg).declared for leg in range(len(mechanism.legs))):
         return _held_of_declared(mechanism)
-    legs: dict[tuple[tuple[str, ...], str], list[int]] = {}
-    for leg, names in enumerate(mechanism.held):
-        guided = "guide_elevation" in mechanism.legs[leg].parameters
-        why = "it moves a point along its guide" if guided else "it makes upright legs longer"
-        legs.setdefault((names, why), []).append(leg)
+    legs = places_of(
+        (
+            names,
+            "it moves a point along its guide"
+            if "guide_elevation" in leg.parameters
+            else "it makes upright legs longer",
+        )
+        for leg, names in zip(mechanism.legs, mechanism.held, strict=True)
+    )
     return [
         f"Held as it was drawn is {' and '.join(names)}"
         + ("" if len(legs) == 1 else f" of {mechanism.named_legs(which)}")
@@ -200,17 +202,14 @@ def held_parameters(mechanism: Mechanism) -> list[str]:
 
 def _recognised(mechanism: Mechanism) -> list[str]:
     """Which declared legs are computed as a known chain."""
-    found: dict[str, list[int]] = {}
-    for leg in range(len(mechanism.legs)):
-        known = mechanism.leg_info(leg).runs_as
-        if known:
-            found.setdefault(known, []).append(leg)
     every = len(mechanism.legs)
+    found = places_of(mechanism.leg_info(leg).runs_as for leg in range(every))
     return [
         f"{'Every leg' if len(which) == every else mechanism.named_legs(which).capitalize()} "
         f"{'is' if len(which) in (1, every) else 'are'} the known chain {known}, and computed as "
         "that."
         for known, which in found.items()
+        if known
     ]
 
 
@@ -306,9 +305,8 @@ def _structure(mechanism: Mechanism) -> list[Sequence[str]]:
     ]
     if mechanism.sensor_table is not None:
         rows.append(("readings shown here", "those of straight sensors, by the sensors' table"))
-    legs_of: dict[str, list[int]] = {}
-    for leg in range(len(mechanism.legs)):
-        legs_of.setdefault(mechanism.leg_info(leg).description, []).append(leg)
+    every = range(len(mechanism.legs))
+    legs_of = places_of(mechanism.leg_info(leg).description for leg in every)
     for description, legs in legs_of.items():
         if not description.startswith("without meaning"):
             modes = ", ".join(setting(mechanism.working_modes[leg]) for leg in legs)

@@ -23,7 +23,7 @@ from symkin.estimate.fit import FALSE_ALARMS
 from symkin.estimate.found import Found
 from symkin.model.framing import unframed
 from symkin.model.tolerances import noise_of
-from symkin.values import Array, Value, field, record
+from symkin.values import Value, field, record
 
 # Of a wider model, in words: by how much it helps at unseen poses; None if it does harm there.
 Help = Callable[[str], str | None]
@@ -98,7 +98,7 @@ def diagnosed(found: Found) -> Diagnosed | None:
             robot.replace(frames=None, curvature=None).core,
             _core.MeasurementSet(
                 np.ascontiguousarray(poses),
-                _as_straight_sensors_read(found, measured.readings)[rows],
+                found.mechanism.straightened(measured.readings)[rows],
                 measured.leg_sets[rows].astype(np.int64),
             ),
             noise_of(found.noise),
@@ -109,16 +109,6 @@ def diagnosed(found: Found) -> Diagnosed | None:
     except SymkinError:
         return None
     return Diagnosed(rows, core)
-
-
-def _as_straight_sensors_read(found: Found, readings: Array) -> Array:
-    """Readings of straight sensors at the same joints."""
-    robot = found.mechanism
-    if robot.curvature is None:
-        return readings
-    quadratic, cosine, sine = np.asarray(robot.curvature).T
-    bent = quadratic * readings**2 + cosine * np.cos(readings) + sine * np.sin(readings)
-    return np.asarray(readings + bent / robot.sensor_gains)
 
 
 def tests_of(found: Found, result: Diagnosed | None) -> tuple[ResidualTest, ...]:

@@ -24,6 +24,7 @@ from symkin.estimate.evidence.residuals import ALARMS
 from symkin.estimate.fit import FALSE_ALARMS
 from symkin.estimate.found import Found
 from symkin.estimate.solution import together
+from symkin.estimate.unknowns import slope_units
 from symkin.values import Array, Value, record
 
 _NAMED = 0.01  # p of a block with the other taken out, below which it is named
@@ -346,9 +347,7 @@ def doubts_of_sessions(found: Found, tests: Sequence[SessionTest]) -> Iterator[D
     code = f"sessions-{named[0].what}" if len(named) == 1 else "sessions-moved"
     which = "and" if len(named) == 2 else "or"
     blocks = [each.what for each in named or shifts]
-    unit = found.nominal.reading_unit
-    if not worst.largest.startswith("leg"):
-        unit = "rad" if worst.largest.rpartition(".")[2] in ("phi", "rx", "ry", "rz") else "m"
+    (unit,) = slope_units(found.nominal, [worst.largest], {})
     amount = thousandths(worst.size, worst.deviation, unit)
     what = [*(["noise"] if noise else []), *blocks]
     yield doubt(code, worst, what, which=which, largest=worst.largest, amount=amount)
