@@ -12,6 +12,7 @@ import numpy as np
 from symkin.estimate.problem import UNSEEN
 from symkin.estimate.sharing import sum_in_words
 from symkin.estimate.unknowns import CONSTANT, REDUNDANT, Layout
+from symkin.model.chains import CURVATURE_TERMS
 from symkin.model.core_setup import core_setup, scalar_values
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import Frames
@@ -124,7 +125,7 @@ def unknowns_of(
         block, _, own = name.partition(".")
         column = int(layout.column[i])
         of_leg = block.startswith("leg")
-        curved = of_leg and own in ("sensor_quadratic", "sensor_cosine", "sensor_sine")
+        curved = of_leg and own in CURVATURE_TERMS
         slope = i >= len(of_drawing)
         if not name or (column < 0 and (curved or slope) and values[i] == 0):
             continue

@@ -10,6 +10,7 @@ import numpy as np
 from symkin import _core
 from symkin.errors import SymkinError, did_you_mean
 from symkin.estimate.ties import ONE_DRAW, meaning_of
+from symkin.model.chains import CURVATURE_TERMS
 from symkin.model.mechanism import Mechanism
 from symkin.model.symmetry.roles import RoleImage, role_images
 from symkin.model.tolerances import parameter_tolerances
@@ -18,7 +19,6 @@ from symkin.values import Array
 _BY_ROLE = " by role"  # of a tie: behind the name of a parameter
 
 _NOTHING = 1e-6  # of a tolerance that one of another parameter brings
-_OF_SENSOR = ("sensor_quadratic", "sensor_cosine", "sensor_sine")
 
 
 def followers_by_role(
@@ -117,7 +117,7 @@ def sum_in_words(terms: Iterable[tuple[float, str]]) -> str:
 def _own(mechanism: Mechanism, name: str) -> tuple[int, str] | None:
     """Leg (from 0) and name of a parameter of a leg or a term of its sensor; else None."""
     block, _, own = name.partition(".")
-    if not block.startswith("leg") or own not in (*mechanism.parameter_names, *_OF_SENSOR):
+    if not block.startswith("leg") or own not in (*mechanism.parameter_names, *CURVATURE_TERMS):
         return None
     return int(block[3:]) - 1, own
 
@@ -146,7 +146,7 @@ class _Roles:
             return {first: float(counted)}
         if image.reference != start.reference:  # of another orbit: nothing says how
             return {first: 1.0}
-        if own in _OF_SENSOR:
+        if own in CURVATURE_TERMS:
             even = own != "sensor_sine"
             return {first: float(start.sign * image.sign * (1 if even else counted))}
         return self._carried(first, scalar, _between(start, image))

@@ -15,7 +15,7 @@ from symkin import _core
 from symkin.errors import SymkinError, did_you_mean, one_of
 from symkin.estimate.sharing import followers_by_role, written_tie
 from symkin.estimate.ties import Equation, Solved, equations_of, solved
-from symkin.model.chains import ABSENT
+from symkin.model.chains import ABSENT, CURVATURE_TERMS
 from symkin.model.core_setup import scalar_values
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import IdentificationSettings
@@ -59,7 +59,6 @@ BOW = "plane.bow"
 _NO_TOLERANCE = 1e-6  # m or rad: next to what is made within a tolerance, as good as held
 _WEAK = 1e-6  # of a tolerance that is no prior, next to those that are
 CLOCK = "clock"  # of the slopes that a clock's offset is
-_TERMS = ("sensor_quadratic", "sensor_cosine", "sensor_sine")
 
 
 @record
@@ -404,7 +403,7 @@ class Layout(Value):
             columns = self.column[np.isfinite(known) & (self.column >= 0)]
             has_none = np.isinf(known) & ~np.isin(self.column, columns) & (self.tolerances > 0)
             return replace(self, deviations=np.where(has_none, self.tolerances, known))._settled()
-        names = _Names(self.scalars, _TERMS, self.always_held)
+        names = _Names(self.scalars, CURVATURE_TERMS, self.always_held)
         for pattern, given in prior.items():
             for scalar in sorted(names.matching("prior", [pattern])):
                 if scalar in self.roles:
@@ -505,13 +504,13 @@ class _Names:
     ) -> None:
         self.scalars = scalars
         self.always_held = always_held
-        self.silent = ({*_TERMS} - {*terms}) | {BOW.rpartition(".")[2]}
+        self.silent = ({*CURVATURE_TERMS} - {*terms}) | {BOW.rpartition(".")[2]}
         self.index = {name: i for i, name in enumerate(scalars) if name}
         self.of_legs = {
             i
             for name, i in self.index.items()
             if name.startswith("leg")
-            and name.partition(".")[2] not in (*_TERMS, *given)
+            and name.partition(".")[2] not in (*CURVATURE_TERMS, *given)
             and not always_held[i]
         }
 
@@ -747,7 +746,7 @@ def _sorts(
 def slope_units(
     mechanism: Mechanism, names: Sequence[str], per: Mapping[str, str]
 ) -> tuple[str, ...]:
-    """Units of slopes by their names; `per` are those of their covariates."""
+    """Units of slopes, or of frames, by their names; `per` are those of their covariates."""
 
     def unit(name: str) -> str:
         block, _, own = name.partition(".")
@@ -777,13 +776,11 @@ def _units(mechanism: Mechanism, scalars: Sequence[str], per: Mapping[str, str])
 
     def unit(name: str) -> str:
         block, _, own = name.partition(".")
-        if per.keys() & {block, own}:
-            return slope_units(mechanism, [name], per)[0]
-        if block.startswith("leg"):
+        if block.startswith("leg") and not per.keys() & {block, own}:
             return of_legs[int(block[3:]) - 1][own]
         if block == "plane":
             return "m" if own in ("c0", "bow") else ""
-        return "rad" if own in ("phi", "rx", "ry", "rz") else "m"
+        return slope_units(mechanism, [name], per)[0]
 
     return tuple(map(unit, scalars))
 
@@ -814,7 +811,7 @@ def _tolerances(
     for leg, row in enumerate(parameter_tolerances(mechanism).tolist()):
         angular = mechanism.leg_info(leg).reading_unit == "rad"
         joint = mechanism.tolerances.angle if angular else mechanism.tolerances.length
-        curved = dict.fromkeys(_TERMS, joint) | {
+        curved = dict.fromkeys(CURVATURE_TERMS, joint) | {
             "sensor_quadratic": joint / max(largest_readings[leg], 1e-9) ** 2
         }
         by_leg.append(dict(zip(mechanism.parameter_names, row, strict=True)) | curved)

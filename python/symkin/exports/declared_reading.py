@@ -21,7 +21,7 @@ from symkin.errors import SymkinError, did_you_mean
 from symkin.exports.scene import WORLD, Loop, Moving, Scene, frame_of
 from symkin.exports.scenes import bodies_in_words, turn_from_z
 from symkin.files.declared_legs import declared_leg
-from symkin.model.chains import Leg, chain_info, common_reading_unit
+from symkin.model.chains import Leg, chain_info, common_reading_unit, platform_of
 from symkin.model.declared import declare, declared_chain
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import (
@@ -56,7 +56,6 @@ _SPACES = {  # joints by which a platform moves, slides by their axes and hinges
     ("x", "y"): "point",
     ("x", "y", "rz"): "planar",
 }
-_PLATFORMS = {"planar": "rigid", "spatial": "rigid"}
 
 
 class _End(NamedTuple):
@@ -104,7 +103,7 @@ def mechanism_of_scene(scene: Scene, body: str = "") -> tuple[Mechanism, tuple[s
     """Return a mechanism with declared legs, and what was assumed."""
     reader = _Reader(scene, body or _PLATFORM)
     drafts = reader.drafts()
-    platform = _PLATFORMS.get(reader.space.name, reader.space.name)
+    platform = platform_of(reader.space.name)
     free: tuple[str, ...] = tuple(scene.known.get("free", ()))
     legs, alone = _of_chains(drafts, reader, platform, free, alone=True)
     if not alone:

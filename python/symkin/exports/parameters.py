@@ -24,14 +24,13 @@ from symkin.analysis.evaluation import Evaluation, evaluate
 from symkin.analysis.workspace import interpolated, workspace_coordinates
 from symkin.errors import SymkinError
 from symkin.exports.common import ExportOptions, Loss, Written, workspace_poses
-from symkin.model.chains import legs_in_words
+from symkin.model.chains import CURVATURE_TERMS, legs_in_words
 from symkin.model.mechanism import Mechanism, require_same_shape
 from symkin.model.poses import between, poses_from_bounds, transforms
 from symkin.values import Array
 
 _SENSOR = "joint = sensor_gain * reading + sensor_offset"
 _NAN = " NAN stands where a leg has no such parameter."
-_CURVES = ("sensor_quadratic", "sensor_cosine", "sensor_sine")
 _GRID = {2: 21, 3: 21, 4: 11, 6: 5}  # poses of a table along each coordinate, by how many there are
 _MOST = 10**6  # rows of it
 
@@ -75,7 +74,7 @@ def write_c_header(mechanism: Mechanism, options: ExportOptions) -> Written:  # 
     if mechanism.curvature is not None:
         bent = [_curve_units(mechanism, leg) for leg in range(count)]
         ways = map(list, zip(*bent, strict=True))
-        columns += zip(_CURVES, mechanism.curvature.T, ways, strict=True)
+        columns += zip(CURVATURE_TERMS, mechanism.curvature.T, ways, strict=True)
     for parameter, values, of_legs in columns:
         said = ["NAN" if math.isnan(value) else repr(value) for value in values.tolist()]
         known = {unit or "1" for unit, each in zip(of_legs, said, strict=True) if each != "NAN"}
@@ -119,7 +118,7 @@ def _leg(mechanism: Mechanism, leg: int) -> Iterator[tuple[str, dict[str, Any]]]
         yield name, said
     if mechanism.curvature is not None:
         bent = _curve_units(mechanism, leg)
-        for name, value, unit in zip(_CURVES, mechanism.curvature[leg], bent, strict=True):
+        for name, value, unit in zip(CURVATURE_TERMS, mechanism.curvature[leg], bent, strict=True):
             yield name, {"value": float(value), "unit": unit}
 
 

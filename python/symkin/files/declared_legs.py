@@ -41,8 +41,9 @@ from symkin.values import Array
 
 _Values = dict[str, Any]
 
-_KEYS = ("path", "platform_path", "rods", "loops", "closes", "home", "pose", "free")
-_SECTIONS_OF_LEGS = ("reference_leg", "reference_legs", "legs")
+PARTS = ("path", "platform_path", "rods", "loops")
+_KEYS = (*PARTS, "closes", "home", "pose", "free")
+SECTIONS_OF_LEGS = ("reference_leg", "reference_legs", "legs")
 # What ends of a path compare, by what a file says and whether the leg stays in the plane.
 _COMPARES = {
     ("pose", False): "pose",
@@ -107,9 +108,9 @@ def with_declared_chains(source: TomlSource) -> TomlSource:
         values["chain"] = default[0]
     elif default:
         del values["chain"]
-    if not any(section in values for section in _SECTIONS_OF_LEGS):
+    if not any(section in values for section in SECTIONS_OF_LEGS):
         values["reference_leg"] = {}
-    for section in _SECTIONS_OF_LEGS:
+    for section in SECTIONS_OF_LEGS:
         given = values.get(section)
         legs = [given] if isinstance(given, dict) else given
         if not isinstance(legs, list):
@@ -134,7 +135,7 @@ def with_declared_chains(source: TomlSource) -> TomlSource:
 def _chains_of_legs(values: _Values) -> list[tuple[KeyPath, str]]:
     """Where a file says of which chain legs are, and what it says."""
     found: list[tuple[KeyPath, Any]] = [(("chain",), values.get("chain"))]
-    for section in _SECTIONS_OF_LEGS:
+    for section in SECTIONS_OF_LEGS:
         given = values.get(section)
         if isinstance(given, dict):
             found.append(((section, "chain"), given.get("chain")))
@@ -146,7 +147,7 @@ def _chains_of_legs(values: _Values) -> list[tuple[KeyPath, str]]:
 
 def _labels_of_legs(values: _Values) -> set[str]:
     """What legs of a file are called."""
-    given = [values[section] for section in _SECTIONS_OF_LEGS if section in values]
+    given = [values[section] for section in SECTIONS_OF_LEGS if section in values]
     legs = [leg for each in given for leg in (each if isinstance(each, list) else [each])]
     default = str(values.get("chain"))
     return {str(leg.get("chain", default)) for leg in legs if isinstance(leg, dict)}
@@ -247,7 +248,7 @@ def declared_leg(
     if not isinstance(table, dict):
         raise WrongValueError("is not a table; expected path, rods, home")
     check_keys(table, _KEYS)
-    parts = [table.get(key, []) for key in ("path", "platform_path", "rods", "loops")]
+    parts = [table.get(key, []) for key in PARTS]
     planar = stays_in_plane(parts)
     pose_space = _pose_space(file.get("platform", "rigid"), planar)
     if pose_space not in POSE_SPACES:

@@ -16,7 +16,7 @@ import numpy as np
 from symkin.data.columns import check_columns
 from symkin.data.sensor_tables import read_sensor_table
 from symkin.errors import MechanismFileError, did_you_mean, named_legs, printable
-from symkin.files.declared_legs import with_declared_chains
+from symkin.files.declared_legs import SECTIONS_OF_LEGS, with_declared_chains
 from symkin.files.mechanism_schema import (
     ENDS,
     HEADER,
@@ -27,6 +27,7 @@ from symkin.files.mechanism_schema import (
     mechanism_table,
 )
 from symkin.model.chains import (
+    CURVATURE_TERMS,
     ChainInfo,
     chain_info,
     common_reading_unit,
@@ -69,7 +70,6 @@ from symkin.values import Array
 _Values = dict[str, Any]
 _Kind = TypeVar("_Kind", bound=Mechanism)
 _WRITTEN = ("calibrated.toml", "mechanism.toml", "robot.toml")  # by commands, into their folders
-_SECTIONS_OF_LEGS = ("reference_leg", "reference_legs", "legs")
 
 
 @overload
@@ -160,7 +160,7 @@ def load_columns(path: str | os.PathLike[str]) -> MeasurementColumns:
         With the file, the line and the key.
     """
     source = read_toml(Path(path))
-    if not {"chain", *_SECTIONS_OF_LEGS} & set(source.values):
+    if not {"chain", *SECTIONS_OF_LEGS} & set(source.values):
         alone = table({"measurements": MEASUREMENTS}, ("measurements",))
         return dataclasses.replace(
             _mapping(read_table(source, alone)["measurements"]), source=Path(path)
@@ -220,7 +220,7 @@ def _chains(source: TomlSource, header: _Values, platform: str) -> tuple[str, ..
     if default is not None:
         source.call(("chain",), lambda: chain_info(default, platform))
     found: list[str] = []
-    for section in _SECTIONS_OF_LEGS:
+    for section in SECTIONS_OF_LEGS:
         listed = header.get(section, [])
         legs = listed if isinstance(listed, list) else [listed]
         named = [isinstance(leg, dict) and "chain" in leg for leg in legs]
@@ -238,7 +238,7 @@ def _chains(source: TomlSource, header: _Values, platform: str) -> tuple[str, ..
         raise source.error(("chain",), "this key is missing")
     infos = [chain_info(chain, platform) for chain in found]
     if infos:
-        section = next(each for each in _SECTIONS_OF_LEGS if each in header)
+        section = next(each for each in SECTIONS_OF_LEGS if each in header)
         source.call((section,), lambda: require_mixable(infos, _noun(header)))
     return tuple(found) or (str(default),)
 
@@ -249,7 +249,7 @@ def _noun(header: _Values) -> str:
 
 def _section_of_legs(source: TomlSource, file: _Values) -> str:
     """Which describes the legs; refuse a file with none, or with two of them."""
-    given = [section for section in _SECTIONS_OF_LEGS if section in file]
+    given = [section for section in SECTIONS_OF_LEGS if section in file]
     if not given:
         raise source.error(("reference_leg",), "this table is missing, and so are [[legs]]")
     if len(given) > 1:
@@ -279,8 +279,7 @@ def _legs(
     if section == "legs":
         unknown, names = (math.nan, math.nan), union_of_names(infos)
         deviations = np.array([[leg.get(name, unknown)[1] for name in names] for leg in entries])
-        terms = ("sensor_quadratic", "sensor_cosine", "sensor_sine")
-        curvature = np.array([[leg.get(term, 0.0) for term in terms] for leg in entries])
+        curvature = np.array([[leg.get(e, 0.0) for e in CURVATURE_TERMS] for leg in entries])
         return described, symmetry, None if np.isnan(deviations).all() else deviations, curvature
     if symmetry is None:
         raise source.error(("symmetry",), "this table is missing; it generates the other legs")

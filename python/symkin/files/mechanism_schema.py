@@ -172,8 +172,7 @@ def _check_group(group: str) -> str:
 def _prior(raw: Any) -> Any:
     """The word, or a standard deviation for each pattern."""
     if isinstance(raw, dict):
-        number = Kind(_number_or_text, {})
-        return {name: read_at(name, number, each) for name, each in raw.items()}
+        return _assumed(raw)
     return choice(*get_args(Prior)).read(raw)
 
 
@@ -248,6 +247,7 @@ MEASUREMENTS = table(
     MeasurementColumns,
 )
 _PATTERNS = list_of(text(200))
+_DEVIATIONS: Schema = {"type": "object", "additionalProperties": {"type": ["number", "string"]}}
 IDENTIFICATION = table(
     {
         "free": _PATTERNS,
@@ -259,7 +259,7 @@ IDENTIFICATION = table(
             {
                 "anyOf": [
                     {"enum": list(get_args(Prior))},
-                    {"type": "object", "additionalProperties": {"type": ["number", "string"]}},
+                    _DEVIATIONS,
                 ]
             },
         ),
@@ -387,10 +387,7 @@ def mechanism_table(
     sections |= {
         "frames": table(frames),
         "identification": IDENTIFICATION,
-        "assumed": Kind(
-            _assumed,
-            {"type": "object", "additionalProperties": {"type": ["number", "string"]}},
-        ),
+        "assumed": Kind(_assumed, _DEVIATIONS),
         "sensor_table": table({"file": text(), "rows": rows, "legs": list_of(rows, 1, _MOST_LEGS)}),
     }
     required = ("schema",) + (("chain",) if default is not None else ())

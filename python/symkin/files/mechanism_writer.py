@@ -13,10 +13,12 @@ from typing import Any
 import numpy as np
 
 from symkin.errors import SymkinError, known_extension
+from symkin.files.declared_legs import PARTS
 from symkin.files.mechanism_comments import with_comments
 from symkin.files.mechanism_file import is_shipped, read_mechanism
 from symkin.files.mechanism_schema import ends_of
 from symkin.model.canonical import canonical
+from symkin.model.chains import CURVATURE_TERMS
 from symkin.model.declared import declared_chain, label_of
 from symkin.model.devices import DEVICES, Device
 from symkin.model.file_frames import (
@@ -155,7 +157,7 @@ def _declared(mechanism: Mechanism) -> list[str]:
     for declared in {each.leg: each for each in found if each is not None}.values():
         lines = [f"[chains.{toml_key(declared.table_name)}]"]
         for name, value in declared.table.items():
-            if name in ("path", "platform_path", "rods", "loops"):
+            if name in PARTS:
                 items = "".join(f"  {toml_value(each)},\n" for each in value)
                 lines.append(f"{name} = [\n{items}]")
             else:
@@ -174,12 +176,9 @@ def _legs(mechanism: Mechanism) -> list[str]:
             values["axis"] = list(declared.direction)
         elif declared.axis:
             values["axis"] = declared.axis
-        if declared.mirror is not None:
-            values["mirror"] = list(declared.mirror)
-        if declared.centre is not None:
-            values["centre"] = list(declared.centre)
-        if declared.elements is not None:
-            values["elements"] = list(declared.elements)
+        for name in ("mirror", "centre", "elements"):
+            if (said := getattr(declared, name)) is not None:
+                values[name] = list(said)
         units = {"centre": "m"} | ({"axis": "rad"} if declared.direction is None else {})
         sections = [_section("[symmetry]", values, units)]
     heading, written = _written_legs(mechanism)
@@ -242,8 +241,7 @@ def _leg_values(mechanism: Mechanism, leg: int) -> _Values:
             deviation = float(mechanism.deviations[leg, index])
             values[name] = {"value": value, "standard_deviation": deviation}
     if mechanism.curvature is not None:
-        terms = ("sensor_quadratic", "sensor_cosine", "sensor_sine")
-        curved = zip(terms, mechanism.curvature[leg].tolist(), strict=True)
+        curved = zip(CURVATURE_TERMS, mechanism.curvature[leg].tolist(), strict=True)
         values |= {name: value for name, value in curved if value}
     return values
 

@@ -23,6 +23,8 @@ from symkin.model.poses import POSE_SPACES
 from symkin.options import Platform, checks
 from symkin.values import Array, FrozenMapping, record
 
+# Of a sensor that is no straight line, in the order of `Mechanism.curvature`.
+CURVATURE_TERMS = ("sensor_quadratic", "sensor_cosine", "sensor_sine")
 PLATFORMS: tuple[Platform, ...] = get_args(Platform)
 
 
@@ -81,6 +83,11 @@ class ParameterRole(NamedTuple):
 ABSENT = ParameterRole("none", "absent")
 
 
+def platform_of(pose_space: str) -> str:
+    """What has such poses, one of `PLATFORMS`."""
+    return {"planar": "rigid", "spatial": "rigid"}.get(pose_space, pose_space)
+
+
 @record
 class ChainInfo:
     """A chain: its parameters, in the order of every array of parameters, and what it reads.
@@ -127,7 +134,7 @@ class ChainInfo:
     @property
     def platform(self) -> str:
         """What it carries, one of `PLATFORMS`."""
-        return {"planar": "rigid", "spatial": "rigid"}.get(self.pose_space, self.pose_space)
+        return platform_of(self.pose_space)
 
     @property
     def declared(self) -> bool:

@@ -21,6 +21,7 @@ from symkin.estimate.parameters import Unknown
 from symkin.estimate.precision import expected_over, promising
 from symkin.estimate.solution import computed_from_drawing
 from symkin.estimate.strain import strains_of
+from symkin.model.chains import CURVATURE_TERMS
 from symkin.model.poses import POSE_SPACES, cross_matrices, transforms
 from symkin.model.tolerances import UNKNOWN, parameter_tolerances
 from symkin.values import Array
@@ -30,7 +31,6 @@ _LISTED = 6
 _NONSENSE = 30.0  # times the noise: what residuals so large say of a robot is none of it
 _MANY_TIMES = 10.0  # what is declared
 _AS_WELL = 0.9  # of what is left unknown of the end effector
-_SENSOR_TERMS = ("sensor_quadratic", "sensor_cosine", "sensor_sine")
 # Share of the squared distance from the drawing that a common movement must explain to be named.
 _EXPLAINED = 0.5
 _MOVEMENTS = {
@@ -234,7 +234,7 @@ def weak_parameters(found: Found) -> Iterator[Note]:
 
 def _has_tolerance(each: Unknown) -> bool:
     own = each.name.rpartition(".")[2]
-    return each.column >= 0 and math.isfinite(each.tolerance) and own not in _SENSOR_TERMS
+    return each.column >= 0 and math.isfinite(each.tolerance) and own not in CURVATURE_TERMS
 
 
 def _legs(unknowns: list[Unknown]) -> tuple[int, ...]:

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from symkin import _core
 from symkin._core import SymmetryElement
-from symkin.model.chains import chain_info, parameter_values
+from symkin.model.chains import chain_info, parameter_values, platform_of
 from symkin.model.declared import declared_chain
 from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.model.mechanism import Leg, Mechanism
@@ -719,7 +719,7 @@ def _platform_of(leg: Leg) -> str:
     That of one that only turns has arcs; a declared one is for the platform that its file says.
     """
     if chain := declared_chain(leg.chain):
-        return {"planar": "rigid", "spatial": "rigid"}.get(chain.pose_space, chain.pose_space)
+        return platform_of(chain.pose_space)
     if any(name.endswith("_arc") for name in leg.parameters):
         return "spherical"
     rigid = chain_info(leg.chain).parameter_names if leg.chain in _core.chain_names("rigid") else ()
