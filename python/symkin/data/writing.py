@@ -129,13 +129,11 @@ def as_shown(measurements: MeasuredRows) -> MeasuredRows:
 def observed_columns(measurements: MeasuredRows, reading_unit: str) -> dict[str, Array]:
     """Return the columns that symkin writes for what `read_observed` reads."""
     columns: dict[str, Array] = {}
-    reported = measurements.reported
-    if reported is not None:
-        names = [f"{REPORTED}{name}" for name in pose_column_names(measurements.pose_space)]
-        columns |= dict(zip(names, reported.T, strict=True))
-    if measurements.commanded is not None:
-        names = [f"{COMMANDED}{name}" for name in pose_column_names(measurements.pose_space)]
-        columns |= dict(zip(names, measurements.commanded.T, strict=True))
+    posed = {REPORTED: measurements.reported, COMMANDED: measurements.commanded}
+    for before, poses in posed.items():
+        if poses is not None:
+            names = [f"{before}{name}" for name in pose_column_names(measurements.pose_space)]
+            columns |= dict(zip(names, poses.T, strict=True))
     points, distances = measurements.points, measurements.distances
     sizes = Sizes(
         POSE_SPACES[measurements.pose_space],
