@@ -16,9 +16,9 @@ from symkin.files.declared_forms import box_of, home_values, written_out
 from symkin.files.declared_parts import (
     LegBuilder,
     has_several_paths,
-    rotation_of,
     stays_in_plane,
     transform_matrix,
+    turn_about_z,
 )
 from symkin.model.declared import DeclaredChain, declare, declared_chain
 from symkin.model.poses import (
@@ -343,7 +343,7 @@ def _aim(builder: LegBuilder, pose_space: str, home_pose: list[float]) -> None:
     along = (end - start) / np.linalg.norm(end - start)
     for index in builder.aimed:
         values = builder.values[index]
-        first = rotation_of("z", values["azimuth"])
+        first = turn_about_z(values["azimuth"])
         on_platform = builder.is_of_platform(index)
         seen = first.T @ (rotation.T @ along if on_platform else along)
         values["roll"] = float(-np.arcsin(seen[1]))

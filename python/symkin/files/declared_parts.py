@@ -60,20 +60,16 @@ _POSE: Step = ("pose", 0)
 _POSE_YAW = -2  # as the core has it
 
 
-def rotation_of(axis: str, angle: float) -> Array:
-    """The matrix of a turn about an axis."""
-    i = "xyz".index(axis)
-    j, k = (i + 1) % 3, (i + 2) % 3
-    matrix = np.eye(3)
-    matrix[j, j] = matrix[k, k] = np.cos(angle)
-    matrix[k, j], matrix[j, k] = np.sin(angle), -np.sin(angle)
-    return matrix
+def turn_about_z(angle: float) -> Array:
+    """Its matrix."""
+    cosine, sine = np.cos(angle), np.sin(angle)
+    return np.array([[cosine, -sine, 0.0], [sine, cosine, 0.0], [0.0, 0.0, 1.0]])
 
 
 def transform_matrix(values: Mapping[str, float]) -> Array:
     """A transform as drawn, 4 x 4, without roll, pitch and yaw."""
     matrix = np.eye(4)
-    matrix[:3, :3] = rotation_of("z", values["azimuth"])
+    matrix[:3, :3] = turn_about_z(values["azimuth"])
     matrix[:3, 3] = matrix[:3, :3] @ [values["x"], values["y"], values["z"]]
     return matrix
 
