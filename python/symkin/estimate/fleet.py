@@ -503,10 +503,13 @@ def _incomplete_because(robots: Robots) -> str:
 
 def _alike(names: Sequence[str]) -> Iterator[Note]:
     """A note of names that are written differently, and may be of one robot."""
+    words = "\n".join(["".join(name.split()) for name in names])
+    plain = _ZEROS.sub("", words.casefold()).split("\n")
+    if len(set(plain)) == len(names):
+        return
     written: dict[str, list[str]] = {}
-    for name in names:
-        plain = _ZEROS.sub("", "".join(name.split()).casefold())
-        written.setdefault(plain, []).append(name)
+    for word, name in zip(plain, names, strict=True):
+        written.setdefault(word, []).append(name)
     alike = [" and ".join(f'"{each}"' for each in some) for some in written.values() if some[1:]]
     if alike:
         yield Note("names-alike", figures={"words": few(alike, _TOLD)})

@@ -67,10 +67,15 @@ class Job:
         """Whether a robot is."""
         return self.all_together or not measured.complete
 
+    @cached_property
+    def widths(self) -> tuple[int, int]:
+        """Coordinates and legs."""
+        return self.nominal.home.size, len(self.nominal.legs)
+
     def refusal(self, measured: Measurements) -> str:
         """Why a robot cannot be identified so; empty if it can."""
-        legs, coordinates = len(self.nominal.legs), self.nominal.home.size
-        if (measured.poses.shape[1], measured.readings.shape[1]) != (coordinates, legs):
+        if (measured.poses.shape[1], measured.readings.shape[1]) != self.widths:
+            coordinates, legs = self.widths
             return (
                 f"poses of {measured.poses.shape[1]} coordinates and readings of "
                 f"{measured.readings.shape[1]} legs; expected {coordinates} and {legs}"
@@ -143,6 +148,7 @@ def identifying(
 def _identified(job: Job, client: Any, robots: Robots) -> Identified:
     failures: list[str] = []
     usable: dict[bool, list[tuple[int, Measurements]]] = {False: [], True: []}
+    Measurements.look_through([each for each in robots.values() if isinstance(each, Measurements)])
     for number, measured in enumerate(robots.values()):
         failure = measured if isinstance(measured, str) else job.refusal(measured)
         if not (failure or isinstance(measured, str)):

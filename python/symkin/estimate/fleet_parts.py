@@ -62,15 +62,21 @@ def part_of(job: Job, robots: Robots, identified: Identified, looked_at: int) ->
         if not failures[robot]:
             failures[robot] = impossible(nominal, parameters[robot], deviations[robot])
     strange, hidden = doubted(nominal, options, parameters, deviations, found)
-    screened = {
-        robot: measured
-        for robot, measured in enumerate(robots.values())
-        if isinstance(measured, Measurements) and robot not in together and measured.complete
-    }
+    measured = list(robots.values())
     strange |= np.array([bool(failure) for failure in failures], dtype=bool)
+
+    def screened(which: NDArray[np.bool_]) -> dict[int, Measurements]:
+        return {
+            robot: each
+            for robot in np.flatnonzero(which).tolist()
+            if isinstance(each := measured[robot], Measurements)
+            and robot not in together
+            and each.complete
+        }
+
     looks = (
-        examined(nominal, options, _where(strange, screened), looked_at),
-        unshown(nominal, options, _where(hidden & ~strange, screened)),
+        examined(nominal, options, screened(strange), looked_at),
+        unshown(nominal, options, screened(hidden & ~strange)),
     )
     doubts = {number: each.doubts for number, each in together.items()}
     drawings = {number: each.redrawn for number, each in together.items() if each.redrawn}
@@ -93,17 +99,12 @@ def part_of(job: Job, robots: Robots, identified: Identified, looked_at: int) ->
         together,
         _unread(robots),
         {
-            number: measured.typed
-            for number, measured in enumerate(robots.values())
-            if isinstance(measured, Measurements) and (failures[number] or doubts.get(number))
+            robot: each.typed
+            for robot in sorted({*np.flatnonzero(failed).tolist(), *doubts})
+            if isinstance(each := measured[robot], Measurements)
+            and (failures[robot] or doubts.get(robot))
         },
     )
-
-
-def _where(
-    looked: NDArray[np.bool_], robots: Mapping[int, Measurements]
-) -> dict[int, Measurements]:
-    return {robot: measured for robot, measured in robots.items() if looked[robot]}
 
 
 def numbered(parts: Sequence[FleetPart], what: str) -> dict[int, Any]:

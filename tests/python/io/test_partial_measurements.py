@@ -380,3 +380,23 @@ def test_a_mapping_without_names_reads_poses_and_readings_alone() -> None:
         ("x_m", "y_m"), tuple(f"psi_{k}_rad" for k in (1, 2, 3)), angle="phi_rad"
     )
     assert read_measurements(columns, mechanism("3RRR"), mapping).complete
+
+
+def test_many_tables_that_are_looked_through_at_once_know_what_each_says_by_itself() -> None:
+    whole = exact("3RRR")
+    gap = whole.poses.copy()
+    gap[-1, 2] = np.nan
+    changes: list[dict[str, Any]] = [
+        {},
+        {"poses": gap},
+        {"distances": np.ones((ROWS, 1)), "distance_deviations": None},
+        {"pose_deviations": np.full((ROWS, 3), np.nan)},
+        {},
+    ]
+    tables = [replace(whole, **change) for change in changes]
+    tables.insert(1, whole.subset(np.arange(0)))
+    reasons = [replace(each).incomplete_because for each in tables]
+    Measurements.look_through(tables)
+    known = [vars(each).get("incomplete_because") for each in tables]
+    assert known == ["", None, None, None, None, ""]
+    assert [each.incomplete_because for each in tables] == reasons
