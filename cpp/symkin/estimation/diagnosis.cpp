@@ -24,12 +24,10 @@ constexpr double kUntested = std::numeric_limits<double>::quiet_NaN();
 
 class Diagnostician {
  public:
-  Diagnostician(const Mechanism& mechanism, const MeasurementSet& measurements,
-                const WhitenedClosures& system, const std::vector<bool>& left_out, double alarm,
-                Diagnosis& diagnosis)
+  Diagnostician(const Mechanism& mechanism, const WhitenedClosures& system,
+                const std::vector<bool>& left_out, double alarm, Diagnosis& diagnosis)
       : mechanism_(mechanism),
         closures_(mechanism.closures()),
-        measurements_(measurements),
         system_(system),
         diagnosis_(diagnosis),
         projection_(judge_poses(left_out, alarm)) {
@@ -119,7 +117,7 @@ class Diagnostician {
 
   // Of the poses' tangent.
   RowMatrix centred_coordinates() const {
-    const RowMatrix& poses = measurements_.poses;
+    const RowMatrix& poses = system_.at.poses;
     RowMatrix coordinates(poses.rows(), mechanism_.dof());
     for (Index i = 0; i < poses.rows(); ++i) {
       pose_difference(mechanism_.pose_space(), poses.row(i).data(),
@@ -169,7 +167,7 @@ class Diagnostician {
     const double p = f_tail(
         predicted.square / static_cast<double>(n) / others * static_cast<double>(spare), n, spare);
     diagnosis_.pose_p[pose.row] = std::min(diagnosis_.pose_p[pose.row], p);
-    const RowMatrix units = lower_inverse(pose.factor);
+    const RowMatrix& units = pose.units;
     const RowMatrix directions = product(predicted.inverse, units);
     for (Index i = 0; i < pose.count(); ++i) {
       const Index leg = pose.legs[static_cast<std::size_t>(i / closures_)];
@@ -197,7 +195,7 @@ class Diagnostician {
     }
     std::vector<RowMatrix> terms;
     for (std::size_t i = 0; i < system_.legs.size(); ++i) {
-      const Vector readings = measurements_.readings.col(system_.legs[i]);
+      const Vector readings = system_.at.readings.col(system_.legs[i]);
       terms.push_back(through_sensor(static_cast<Index>(i), terms_of(readings)));
     }
     const MissingTerms missing(system_, projection_, std::move(terms));
@@ -238,24 +236,28 @@ class Diagnostician {
 
   const Mechanism& mechanism_;
   Index closures_;  // of each leg
-  const MeasurementSet& measurements_;
   const WhitenedClosures& system_;
   Diagnosis& diagnosis_;
   Projection projection_;
 };
 
 // The closures of a pose have a common covariance that can be inverted; else leg by leg.
-std::vector<LikelySystem> systems_of(const Mechanism& mechanism, const MeasurementSet& measurements,
-                                     const MeasurementNoise& noise) {
+std::vector<WhitenedClosures> systems_of(const Mechanism& mechanism,
+                                         const MeasurementSet& measurements,
+                                         const MeasurementNoise& noise) {
+  const auto whitened = [&](const std::vector<Index>& legs) {
+    return whiten_closures(mechanism, measurements, legs, noise, LinearisedAt::likely);
+  };
+  const std::vector<Index> all = all_legs(mechanism.leg_count());
+  std::vector<WhitenedClosures> systems;
   try {
-    return {whiten_where_likely(mechanism, measurements, all_legs(mechanism.leg_count()), noise)};
+    systems.push_back(whitened(all));
   } catch (const InvalidInput&) {
-    std::vector<LikelySystem> systems;
-    for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
-      systems.push_back(whiten_where_likely(mechanism, measurements, {leg}, noise));
+    for (const Index leg : all) {
+      systems.push_back(whitened({leg}));
     }
-    return systems;
   }
+  return systems;
 }
 
 }  // namespace
@@ -270,12 +272,12 @@ Diagnosis diagnose(const Mechanism& estimate, const MeasurementSet& measurements
   diagnosis.student.setConstant(count, estimate.leg_count(), kUntested);
   diagnosis.student_p.setConstant(count, estimate.leg_count(), kUntested);
   diagnosis.pose_p.setOnes(count);
-  for (const auto& [at, system] : systems_of(estimate, measurements, noise)) {
+  for (const WhitenedClosures& system : systems_of(estimate, measurements, noise)) {
     std::vector<bool> left_out;
     for (const WhitenedPose& pose : system.poses) {
       left_out.push_back(std::find(rejected.begin(), rejected.end(), pose.row) != rejected.end());
     }
-    Diagnostician tests(estimate, at, system, left_out, alarm, diagnosis);
+    Diagnostician tests(estimate, system, left_out, alarm, diagnosis);
     if (tests.testable()) {
       tests.test_sensors(turning_sensor);
       tests.test_geometry();

@@ -9,6 +9,7 @@
 #include "symkin/estimation/detail/covariance.hpp"
 #include "symkin/estimation/detail/identifier.hpp"
 #include "symkin/estimation/detail/leg_fits.hpp"
+#include "symkin/estimation/detail/pose_elimination.hpp"
 #include "symkin/estimation/joint.hpp"
 #include "symkin/support/dense.hpp"
 #include "symkin/support/error.hpp"
@@ -59,11 +60,8 @@ void check_estimator(const ChainInfo& chain, Estimator estimator) {
 void require_variances(const LegData& data, const WhitenedLeg& leg, const MeasurementNoise& noise) {
   const Index closures = data.model.info().closures;
   for (std::size_t k = 0; k < data.rows.size(); ++k) {
-    const Index first = static_cast<Index>(k) * closures;
-    if (leg.variances[first] <= 0) {
-      joint_closure_factor(leg.rows.by_pose.middleRows(first, closures),
-                           leg.rows.by_reading.segment(first, closures), closures,
-                           data.model.info().pose_space, noise, data.rows[k]);
+    if (leg.variances[static_cast<Index>(k) * closures] <= 0) {
+      throw_singular(data.rows[k], noise.reading == 0 && closures > leg.rows.by_pose.cols());
     }
   }
 }
@@ -188,16 +186,8 @@ bool share_poses(const std::vector<LegData>& legs) {
 // All legs together, on poses measured in full.
 JointFit joint_of(const Mechanism& mechanism, const MeasurementSet& measurements,
                   const RowMatrix& start, const IdentificationOptions& options) {
-  const auto everywhere = [&](const RowMatrix& values, const Vector& deviations) {
-    Observed observed{values, RowMatrix(values.rows(), deviations.size())};
-    observed.deviations.rowwise() = deviations.transpose();
-    return observed;
-  };
-  Observations observations;
-  observations.readings = everywhere(
-      measurements.readings, Vector::Constant(mechanism.leg_count(), options.noise.reading));
-  observations.poses = everywhere(measurements.poses,
-                                  options.noise.pose_variances(mechanism.pose_space()).cwiseSqrt());
+  const Observations observations =
+      Observations::in_full(mechanism.pose_space(), measurements, options.noise);
   Setup setup = Setup::of(mechanism);
   setup.parameters = start;
   JointOptions how;

@@ -3,13 +3,10 @@
 
 #include <cmath>
 #include <initializer_list>
-#include <limits>
 #include <string>
 #include <utility>
 
-#include "symkin/estimation/detail/pose_elimination.hpp"
 #include "symkin/model/pose_space.hpp"
-#include "symkin/support/dense.hpp"
 #include "symkin/support/error.hpp"
 
 namespace symkin {
@@ -69,35 +66,6 @@ void closure_variances(const ClosureRows& rows, PoseSpace space, const Measureme
     }
     variances[i] += position * of_position + orientation * of_orientation;
   }
-}
-
-RowMatrix closure_factor(const RowMatrix& by_pose, const Vector& by_reading, Index closures,
-                         PoseSpace space, const MeasurementNoise& noise) {
-  constexpr double kSingular = 1e-12;  // of a variance: what is left once the others are known
-  RowMatrix covariance =
-      product(by_pose * noise.pose_variances(space).asDiagonal(), by_pose.transpose());
-  for (Index first = 0; first < by_reading.size(); first += closures) {
-    const auto of_leg = noise.reading * by_reading.segment(first, closures);
-    covariance.block(first, first, closures, closures) += of_leg * of_leg.transpose();
-  }
-  if (!covariance.allFinite()) {
-    return RowMatrix::Constant(covariance.rows(), covariance.cols(),
-                               std::numeric_limits<double>::quiet_NaN());
-  }
-  RowMatrix factor = cholesky_factor(covariance);
-  const bool singular =
-      factor.size() > 0 &&
-      (factor.diagonal().array().square() < kSingular * covariance.diagonal().array()).any();
-  return singular ? RowMatrix() : factor;
-}
-
-RowMatrix joint_closure_factor(const RowMatrix& by_pose, const Vector& by_reading, Index closures,
-                               PoseSpace space, const MeasurementNoise& noise, Index pose) {
-  RowMatrix factor = closure_factor(by_pose, by_reading, closures, space, noise);
-  if (factor.size() == 0) {
-    throw_singular(pose, noise.reading == 0 && by_pose.rows() > by_pose.cols());
-  }
-  return factor;
 }
 
 void Tolerances::check() const {

@@ -23,18 +23,6 @@ Vector closure_variances(const ClosureRows& rows, PoseSpace space, const Measure
 void closure_variances(const ClosureRows& rows, PoseSpace space, const MeasurementNoise& noise,
                        Vector& variances);
 
-// Cholesky factor L of the covariance of some legs' closures at one pose, which share its error:
-//   L L' = H Sigma H' + B B' sigma_q^2, m^2, H the legs' stacked dh/dpose, B their dh/dpsi, each
-// leg's, of so many closures, in a column of its own.
-// NaN for derivatives that are not finite; empty where the covariance is singular.
-RowMatrix closure_factor(const RowMatrix& by_pose, const Vector& by_reading, Index closures,
-                         PoseSpace space, const MeasurementNoise& noise);
-// The same of several legs. Where it is singular, throws InvalidInput, naming the pose, if there
-// are more legs than degrees of freedom, which need a noise of the readings, and FailedFit
-// otherwise.
-RowMatrix joint_closure_factor(const RowMatrix& by_pose, const Vector& by_reading, Index closures,
-                               PoseSpace space, const MeasurementNoise& noise, Index pose);
-
 // Standard deviations of what a workshop makes: normal errors of the parameters.
 struct Tolerances {
   double length = 1e-3;  // m

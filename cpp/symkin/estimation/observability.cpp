@@ -83,7 +83,8 @@ RowMatrix whitened_rows(const Mechanism& mechanism, const std::vector<Index>& le
   for (const Index leg : legs) {
     exact.readings.col(leg) = inverse_kinematics(mechanism, leg, poses);
   }
-  const WhitenedClosures system = whiten_closures(mechanism, exact, legs, PoseUse::all, noise);
+  const WhitenedClosures system =
+      whiten_closures(mechanism, exact, legs, noise, LinearisedAt::measured);
   const Index of_pose = static_cast<Index>(legs.size()) * mechanism.closures();
   RowMatrix rows = RowMatrix::Constant(count * of_pose, system.jacobian.cols(), kNan);
   for (const WhitenedPose& pose : system.poses) {

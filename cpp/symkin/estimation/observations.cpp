@@ -63,6 +63,18 @@ void check_covariates(const RowMatrix& values, const char* whose, Index poses, I
 
 }  // namespace
 
+Observations Observations::in_full(PoseSpace space, const MeasurementSet& measurements,
+                                   const MeasurementNoise& noise) {
+  const auto everywhere = [](const RowMatrix& values, const Vector& deviations) {
+    return Observed{values, deviations.transpose().replicate(values.rows(), 1)};
+  };
+  Observations observations;
+  observations.readings = everywhere(measurements.readings,
+                                     Vector::Constant(measurements.readings.cols(), noise.reading));
+  observations.poses = everywhere(measurements.poses, noise.pose_variances(space).cwiseSqrt());
+  return observations;
+}
+
 Observed Observed::of(const std::vector<Index>& poses) const {
   if (!any()) {
     return {};

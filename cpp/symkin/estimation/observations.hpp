@@ -3,6 +3,8 @@
 
 #include <vector>
 
+#include "symkin/estimation/measurements.hpp"
+#include "symkin/estimation/noise.hpp"
 #include "symkin/estimation/unknowns.hpp"
 #include "symkin/model/mechanism.hpp"
 
@@ -46,6 +48,9 @@ struct Observations {
   // blocks of N x legs side by side, and N x k of the base's. Without columns all are zero.
   RowMatrix leg_covariates, base_covariates;
 
+  // Readings and poses alone, of the same noise everywhere.
+  static Observations in_full(PoseSpace space, const MeasurementSet& measurements,
+                              const MeasurementNoise& noise);
   Index count() const { return readings.values.rows(); }
   bool any(Index pose) const;               // whether anything was observed there
   bool couples(Index pose, Index k) const;  // whether anything of this pair was measured

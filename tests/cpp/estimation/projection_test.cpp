@@ -42,7 +42,7 @@ struct Small {
     for (Index i = 0; i < 30; i += 7) {
       measured.readings(i, i % 3) = std::nan("");
     }
-    return whiten_closures(actual, measured, all_legs(3), PoseUse::all, {});
+    return whiten_closures(actual, measured, all_legs(3), {}, LinearisedAt::measured);
   }
 
   // Rows of two legs at the poses that count, both read; or of one leg after another.
@@ -144,7 +144,7 @@ TEST(MissingTerms, ExplainWhatTheDenseProjectionOfThemDoes) {
   for (const WhitenedPose& pose : system.poses) {
     for (Index i = 0; i < pose.count(); ++i) {
       const Index leg = pose.legs[static_cast<std::size_t>(i)];
-      const Vector unit = pose.factor.inverse().col(i) * small.kept[pose.first];
+      const Vector unit = pose.units.col(i) * small.kept[pose.first];
       whitened.block(pose.first, 2 * leg, pose.count(), 2) +=
           unit * terms[static_cast<std::size_t>(leg)].row(pose.row);
     }

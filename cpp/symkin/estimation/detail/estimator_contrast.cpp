@@ -13,18 +13,19 @@ namespace {
 
 // How the estimate by `implicit` of one leg answers to its closures, p x poses where it was read;
 // not to those of poses left out.
-RowMatrix implicit_influence(const WhitenedClosures& system, const Projection& projection,
-                             std::size_t place) {
+RowMatrix implicit_influence(const WhitenedClosures& system, const std::vector<RowMatrix>& of_poses,
+                             const Projection& projection, std::size_t place) {
   const Projection::LegBlock& leg = projection.legs()[place];
   std::vector<Index> used;      // of the leg's poses
   std::vector<Index> measured;  // their rows
   std::vector<double> factors;
   for (std::size_t i = 0; i < leg.poses.size(); ++i) {
-    const WhitenedPose& pose = system.poses[static_cast<std::size_t>(leg.poses[i])];
+    const auto at = static_cast<std::size_t>(leg.poses[i]);
+    const WhitenedPose& pose = system.poses[at];
     if (projection.counts(leg.poses[i])) {
       used.push_back(static_cast<Index>(i));
       measured.push_back(pose.row);
-      factors.push_back(1 / pose.factor.row(leg.rows[i] - pose.first).norm());
+      factors.push_back(1 / of_poses[at].row(leg.rows[i] - pose.first).norm());
     }
   }
   const RowMatrix by_parameters =
@@ -48,6 +49,10 @@ EstimatorContrast estimator_contrast(const WhitenedClosures& system, const Proje
     return {};
   }
   const auto& legs = projection.legs();
+  std::vector<RowMatrix> of_poses;  // L
+  for (const WhitenedPose& pose : system.poses) {
+    of_poses.push_back(lower_inverse(pose.units));
+  }
   // By the residuals of each leg, p x rows of the leg: that of `joint` is -BQ', B the coordinates.
   std::vector<RowMatrix> contrast;
   contrast.reserve(legs.size());
@@ -55,10 +60,11 @@ EstimatorContrast estimator_contrast(const WhitenedClosures& system, const Proje
     contrast.push_back(-product(coordinates.rightCols(leg.basis.cols()), leg.basis.transpose()));
   }
   for (std::size_t a = 0; a < legs.size(); ++a) {
-    const RowMatrix influence = implicit_influence(system, projection, a);
+    const RowMatrix influence = implicit_influence(system, of_poses, projection, a);
     std::vector<std::size_t> next(legs.size(), 0);  // row of each leg's block
     for (std::size_t i = 0; i < legs[a].poses.size(); ++i) {
-      const WhitenedPose& pose = system.poses[static_cast<std::size_t>(legs[a].poses[i])];
+      const auto at = static_cast<std::size_t>(legs[a].poses[i]);
+      const WhitenedPose& pose = system.poses[at];
       const Index own = legs[a].rows[i] - pose.first;
       // The leg's closure is the factor's row times the whitened ones up to its own.
       for (Index j = 0; j <= own; ++j) {
@@ -68,7 +74,7 @@ EstimatorContrast estimator_contrast(const WhitenedClosures& system, const Proje
           ++next[b];
         }
         contrast[b].col(static_cast<Index>(next[b])).segment(system.columns[a], influence.rows()) +=
-            pose.factor(own, j) * influence.col(static_cast<Index>(i));
+            of_poses[at](own, j) * influence.col(static_cast<Index>(i));
       }
     }
   }

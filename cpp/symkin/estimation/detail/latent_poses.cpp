@@ -404,11 +404,18 @@ LinearPose LatentPoses::rows(Index pose) const {
 }
 
 LinearPose LatentPoses::conditions(Index pose) const {
-  const OfPose at(*this, pose);
   LinearPose linear = rows(pose);
+  linear.elimination.conditions = by_rows(pose);
+  const auto from_rows = linear.elimination.conditions.transpose();
+  linear.conditions = from_rows * linear.misfit;
+  linear.jacobian = product(from_rows, linear.by_unknowns);
+  return linear;
+}
+
+RowMatrix LatentPoses::by_rows(Index pose) const {
+  const OfPose at(*this, pose);
   const Index r = plan_.variances.cols() - mechanism_.dof();
-  RowMatrix& g = linear.elimination.conditions;
-  g.resize(linear.misfit.size(), r);
+  RowMatrix g(plan_.taken[at_index(pose)], r);
   Index row = 0;
   for (Index i = 0; i < plan_.variances.cols(); ++i) {
     if (plan_.variances(pose, i) >= 0) {
@@ -418,9 +425,16 @@ LinearPose LatentPoses::conditions(Index pose) const {
       ++row;
     }
   }
-  linear.conditions = g.transpose() * linear.misfit;
-  linear.jacobian = product(g.transpose(), linear.by_unknowns);
-  return linear;
+  return g;
+}
+
+Vector LatentPoses::values(Index pose) const {
+  const OfPose at(*this, pose);
+  Vector rho(plan_.variances.cols() - mechanism_.dof());
+  for (Index k = 0; k < rho.size(); ++k) {
+    rho[k] = at(places_.rho, k);
+  }
+  return rho;
 }
 
 }  // namespace symkin

@@ -63,6 +63,12 @@ class LatentPoses {
   // not taken there may be a condition that says nothing.
   LinearPose rows(Index pose) const;
   LinearPose conditions(Index pose) const;
+  // Of all poses the closures of a leg at their last linearisation, zero where it was not read; its
+  // further ones without the reading.
+  const ClosureRows& leg(Index leg) const { return legs_[static_cast<std::size_t>(leg)]; }
+  // Of the conditions G and rho alone.
+  RowMatrix by_rows(Index pose) const;
+  Vector values(Index pose) const;
 
  private:
   class OfPose;

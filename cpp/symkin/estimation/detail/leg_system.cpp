@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "symkin/support/dense.hpp"
 
@@ -15,6 +16,26 @@ void keep_estimated(const LegData& data, ClosureRows& rows) {
   }
 }
 
+// Cholesky factor of the covariance of a leg's closures at one pose, m^2: H Sigma H' + b b'
+// sigma_q^2, H their dh/dpose and b their dh/dpsi. NaN for derivatives that are not finite; empty
+// where it is singular.
+RowMatrix closure_factor(const RowMatrix& by_pose, const Vector& by_reading, PoseSpace space,
+                         const MeasurementNoise& noise) {
+  constexpr double kSingular = 1e-12;  // of a variance: what is left once the others are known
+  RowMatrix covariance =
+      product(by_pose * noise.pose_variances(space).asDiagonal(), by_pose.transpose());
+  covariance += noise.reading * noise.reading * by_reading * by_reading.transpose();
+  if (!covariance.allFinite()) {
+    return RowMatrix::Constant(covariance.rows(), covariance.cols(),
+                               std::numeric_limits<double>::quiet_NaN());
+  }
+  RowMatrix factor = cholesky_factor(covariance);
+  const bool singular =
+      factor.size() > 0 &&
+      (factor.diagonal().array().square() < kSingular * covariance.diagonal().array()).any();
+  return singular ? RowMatrix() : factor;
+}
+
 // L D L' = V, the covariance of the closures at each pose: rows become L^-1 of what they were, and
 // D is returned. Where V is singular D is zero and the rows stay.
 Vector decorrelate(ClosureRows& rows, Index closures, PoseSpace space,
@@ -23,7 +44,7 @@ Vector decorrelate(ClosureRows& rows, Index closures, PoseSpace space,
   for (Index first = 0; first < variances.size(); first += closures) {
     auto by_pose = rows.by_pose.middleRows(first, closures);
     auto by_reading = rows.by_reading.segment(first, closures);
-    const RowMatrix factor = closure_factor(by_pose, by_reading, closures, space, noise);
+    const RowMatrix factor = closure_factor(by_pose, by_reading, space, noise);
     if (factor.size() == 0) {
       continue;
     }

@@ -69,7 +69,7 @@ void MissingTerms::whiten() {
   std::vector<Index> next(terms_.size(), 0);  // row of each leg's block
   for (std::size_t k = 0; k < system_.poses.size(); ++k) {
     const WhitenedPose& pose = system_.poses[k];
-    const RowMatrix units = lower_inverse(pose.factor);
+    const RowMatrix& units = pose.units;
     const Index closures = pose.closures;
     for (std::size_t a = 0; a < pose.legs.size(); ++a) {  // whose rows
       const auto at = static_cast<std::size_t>(system_.position(pose.legs[a]));
@@ -97,7 +97,7 @@ void MissingTerms::whiten() {
 Vector MissingTerms::whitened_lengths() const {
   Vector squares = Vector::Zero(static_cast<Index>(terms_.size()) * count_);
   for (const WhitenedPose& pose : system_.poses) {
-    const RowMatrix units = lower_inverse(pose.factor);
+    const RowMatrix& units = pose.units;
     for (std::size_t b = 0; b < pose.legs.size(); ++b) {
       const Index of = system_.position(pose.legs[b]);
       const auto shown = units.middleCols(static_cast<Index>(b) * pose.closures, pose.closures);

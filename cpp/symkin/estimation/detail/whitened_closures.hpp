@@ -10,25 +10,27 @@
 
 namespace symkin {
 
-// The closures h of the legs that were read at one measured pose, and the Cholesky factor L of
-// their covariance: L^-1 h is standard normal at the true parameters.
+// The closures h of the legs that were read at one measured pose, L L' their covariance: L^-1 h is
+// standard normal at the true parameters.
 struct WhitenedPose {
   Index row;                // of the measurements
   std::vector<Index> legs;  // that were read, ascending
   Index closures;           // of each leg
   Index first;              // row of its first closure in the system
-  RowMatrix factor;         // L
+  RowMatrix units;          // L^-1, lower triangular
 
   Index count() const { return static_cast<Index>(legs.size()) * closures; }
 };
 
 // Closures of some legs, linearised and whitened pose by pose: one least-squares problem in those
 // legs' parameters. Of one leg alone it is the problem of the estimator `implicit`, of all legs
-// that of `joint`.
+// that of `joint`, from whose latent poses it is taken: of a pose that was measured in full there
+// is left a condition for each closure.
 struct WhitenedClosures : WhitenedSystem {
   std::vector<Index> legs;
   std::vector<WhitenedPose> poses;
-  std::vector<ClosureRows> of_legs;  // at all measured poses
+  MeasurementSet at;                 // where they are linearised; readings of no other legs
+  std::vector<ClosureRows> of_legs;  // at all of these
 
   // Where a leg's parameters begin in the columns of the jacobian, and where they all end.
   std::vector<Index> columns;
@@ -38,21 +40,19 @@ struct WhitenedClosures : WhitenedSystem {
   Index position(Index leg) const;
 };
 
+// Where the closures are linearised. Residuals are always those of what was measured.
+enum class LinearisedAt {
+  measured,
+  // At the poses and readings which the closures make most likely at the parameters. To first order
+  // these do not depend on the residuals; where the measured ones do, what little the noise changes
+  // in the derivatives adds up with them instead of averaging out.
+  likely,
+};
+
 // Throws InvalidInput, naming the pose, where the covariance of its closures is singular.
 WhitenedClosures whiten_closures(const Mechanism& mechanism, const MeasurementSet& measurements,
-                                 const std::vector<Index>& legs, PoseUse use,
-                                 const MeasurementNoise& noise);
-
-// The same with all poses, linearised at the poses and readings which the closures make most likely
-// at the parameters; the residuals are those of what was measured. To first order the most likely
-// ones do not depend on the residuals; where the measured ones do, what little the noise changes in
-// the derivatives adds up with them instead of averaging out.
-struct LikelySystem {
-  MeasurementSet at;
-  WhitenedClosures closures;
-};
-LikelySystem whiten_where_likely(const Mechanism& mechanism, const MeasurementSet& measurements,
-                                 const std::vector<Index>& legs, const MeasurementNoise& noise);
+                                 const std::vector<Index>& legs, const MeasurementNoise& noise,
+                                 LinearisedAt where);
 
 // 0, 1, ..., count - 1
 std::vector<Index> all_legs(Index count);
