@@ -11,7 +11,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import NamedTuple, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,12 +30,14 @@ _STILL = 1e-3  # change of a noise's logarithm, in its own standard deviations
 _FARTHEST_STEP = 1.0  # of a noise's logarithm
 _UNSEEN = 1e-4  # of a row's variance: other noise hides all of it
 # What grows and shrinks together, by what it belongs to.
-_PARTS = {
+_Parts = Mapping[str, tuple[str, ...]]
+_PARTS: _Parts = {
     "reading": ("reading",),
     "orientation": ("orientation",),
     "position": ("position", "per_metre"),
     "along": ("along", "along_per_metre"),
 }
+_ALL: _Parts = {"noise": tuple(name for names in _PARTS.values() for name in names)}
 
 
 class Share(NamedTuple):
@@ -67,12 +69,33 @@ def estimated_noise(problem: Problem, fit: _core.JointFit) -> tuple[Problem, _co
 
     Where the observations hardly tell two kinds apart, as the readings of linear sensors and the
     poses, each iteration takes a small part of the way; the secants of the last ones take the rest
-    (Anderson, J. ACM 12, 1965).
+    (Anderson, J. ACM 12, 1965). Where they do not tell them apart at all, kinds keep the declared
+    proportion.
     """
+    return _estimated(problem, fit, _PARTS) or _estimated(problem, fit, _ALL) or _give_up()
+
+
+def keeps_proportion(declared: NoiseSettings, estimated: NoiseSettings) -> bool:
+    """Whether kinds of noise were not told apart, so that they are as many times the declared."""
+    pairs = [(getattr(declared, name), getattr(estimated, name)) for name in _ALL["noise"]]
+    factors = [own / said for said, own in pairs if said]
+    return len(factors) > 1 and max(factors) - min(factors) < 1e-9 * max(factors)
+
+
+def _give_up() -> NoReturn:
+    raise FailedFitError(
+        f"the noise cannot be estimated from these observations in {_STEPS} steps; declare it"
+    )
+
+
+def _estimated(
+    problem: Problem, fit: _core.JointFit, parts: _Parts
+) -> tuple[Problem, _core.JointFit] | None:
+    """The estimate with a factor for each of these parts; None where it does not settle."""
     sizes: dict[str, float] = {}  # logarithms of factors to what was declared
     history: list[tuple[Array, Array]] = []
     for _ in range(_STEPS):
-        shares = _shares(problem, fit)
+        shares = _shares(problem, fit, parts)
         nothing = [name for name, each in shares.items() if each.is_nothing]
         if not nothing and max(each.change for each in shares.values()) < _STILL:
             return problem, fit
@@ -85,20 +108,20 @@ def estimated_noise(problem: Problem, fit: _core.JointFit) -> tuple[Problem, _co
         factors = {name: math.exp(after[name] - sizes[name]) for name in sizes}
         factors |= dict.fromkeys(nothing, 0.0)
         sizes = after
-        problem = dataclasses.replace(problem, noise=_times(problem.noise, factors))
+        problem = dataclasses.replace(problem, noise=_times(problem.noise, factors, parts))
         fit = problem.fit(nearest=problem.options.gauge == "nominal")
-    raise FailedFitError(
-        f"the noise cannot be estimated from these observations: after {_STEPS} steps they do not "
-        f"tell that of {' and '.join(sizes)} apart; declare it"
-    )
+    return None
 
 
-def _times(noise: NoiseSettings, factors: dict[str, float]) -> NoiseSettings:
+def _times(
+    noise: NoiseSettings, factors: Mapping[str, float], parts: _Parts = _PARTS
+) -> NoiseSettings:
     """Every part times its factor; along a direction as across it where it is the same."""
     changes = {
         name: getattr(noise, name) * factor
         for part, factor in factors.items()
-        for name in _PARTS[part]
+        for name in parts[part]
+        if getattr(noise, name) is not None
     }
     return dataclasses.replace(noise, **changes)
 
@@ -117,10 +140,13 @@ def _extrapolated(history: list[tuple[Array, Array]]) -> Array:
     return np.asarray(places[-1] + np.clip(way, -_FARTHEST_STEP, _FARTHEST_STEP))
 
 
-def _shares(problem: Problem, fit: _core.JointFit) -> dict[str, Share]:
+def _shares(problem: Problem, fit: _core.JointFit, parts: _Parts) -> dict[str, Share]:
     """What the rows say of each noise that is not zero."""
     rows = Rows.of(fit)
-    found = _shares_of(problem, rows, _rows_of_parts(problem, rows))
+    groups = _rows_of_parts(problem, rows)
+    if parts is _ALL:
+        groups = {"noise": np.logical_or.reduce([*groups.values()])}
+    found = _shares_of(problem, rows, groups)
     if not found:
         raise SymkinError("no observation is redundant, so the noise cannot be estimated")
     return found

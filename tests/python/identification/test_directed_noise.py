@@ -187,3 +187,16 @@ def test_noise_that_other_noise_hides_is_most_likely_zero(noise, hidden, seed):
     assert getattr(found.noise, shown) == pytest.approx(max(noise), rel=0.2)
     assert found.chi_square / found.degrees_of_freedom == pytest.approx(1, abs=0.1)
     assert "the other noise hides it" in found.text(whole=True)
+
+
+def test_noise_whose_kinds_are_not_told_apart_keeps_the_declared_proportion():
+    robot = symkin.load("linear_delta")
+    plan = robot.plan(21, seed=1, candidates=1000, observe="height")
+    taken = robot.simulate(plan, 32, observe="height").measurements
+    found = symkin.identify(robot, taken, prior="tolerances", frames=["plane"], noise="estimate")
+    assert found.converged
+    factor = found.noise.position / robot.noise.position
+    assert found.noise.reading == pytest.approx(factor * robot.noise.reading)
+    assert 0.5 < factor < 1.5
+    (note,) = (each for each in found.notes if each.code == "noise-estimated")
+    assert "not told apart" in str(note)

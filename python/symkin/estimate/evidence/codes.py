@@ -426,7 +426,7 @@ NOTES: Mapping[str, Code] = {
     ),
     "noise-estimated": Code(
         "The noise was estimated from the same observations, so that chi-square says nothing of "
-        "the model."
+        "the model.{kept}"
     ),
     "legs-interchangeable": Code(
         "The observations do not show which leg is which: with the readings of the legs in the "

@@ -16,6 +16,7 @@ from symkin.estimate.evidence.table_edits import with_readings
 from symkin.estimate.evidence.unseen import notes_of_the_unseen
 from symkin.estimate.fit import changed_settings
 from symkin.estimate.found import Found
+from symkin.estimate.noise import keeps_proportion
 from symkin.estimate.precision import Heights
 from symkin.estimate.problem import Problem
 from symkin.estimate.unknowns import BED, SAG, SCALE
@@ -26,6 +27,7 @@ _TURNS = ("base.phi", "base.rz")
 _LISTED = 6
 _REJECTED = 5
 _TARGET = "target"
+_KEPT = " Its kinds were not told apart: they keep the proportion that is declared."
 
 
 def notes_of(
@@ -68,7 +70,8 @@ def notes_of(
         which = f"row {numbers}" if len(rows) == 1 else f"any of the rows {numbers}"
         yield Note("rows-unguarded", rows=rows, figures={"which": which})
     if found.noise_is_estimated:
-        yield Note("noise-estimated")
+        kept = keeps_proportion(found.nominal.noise, found.noise)
+        yield Note("noise-estimated", figures={"kept": _KEPT * kept})
     if found.mechanism.curvature is not None:
         yield Note("sensors-curved")
     if found.rejected and not found.legs:
