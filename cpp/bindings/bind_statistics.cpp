@@ -69,7 +69,8 @@ void bind_drawing(py::module_& module) {
       .def_readonly("weighted", &DrawingConflict::weighted)
       .def_readonly("p_small", &DrawingConflict::p_small)
       .def_readonly("ratio", &DrawingConflict::ratio)
-      .def_readonly("factor", &DrawingConflict::factor);
+      .def_readonly("factor", &DrawingConflict::factor)
+      .def_readonly("as_drawn", &DrawingConflict::as_drawn);
   module.def("drawing_conflict", &symkin::drawing_conflict, py::arg("change"),
              py::arg("covariance"), py::arg("deviations"), ReleaseGil());
   py::class_<FleetTolerances>(module, "FleetTolerances")

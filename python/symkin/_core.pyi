@@ -216,6 +216,9 @@ class Diagnosis:
         ...
 class DrawingConflict:
     @property
+    def as_drawn(self) -> float:
+        ...
+    @property
     def directions(self) -> int:
         ...
     @property

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "symkin/statistics/drawing_conflict.hpp"
 
+#include <algorithm>
 #include <boost/math/tools/minima.hpp>
 #include <cmath>
 #include <string>
@@ -33,12 +34,16 @@ void check(const Vector& change, ConstRows covariance, const Vector& deviations)
   }
 }
 
-// log f of the largest likelihood of directions with squares u^2, made at f times the tolerances.
+// Minus twice the log of the likelihood of directions with squares u^2, made at f times the
+// tolerances.
+double unlikeliness(const Vector& mu, const Vector& squares, double log_factor) {
+  const Eigen::ArrayXd variances = 1 + std::expm1(2 * log_factor) * mu.array();
+  return (variances.log() + squares.array() / variances).sum();
+}
+
+// log f of the largest likelihood.
 double most_likely(const Vector& mu, const Vector& squares) {
-  const auto unlikely = [&](double log_factor) {
-    const Eigen::ArrayXd variances = 1 + std::expm1(2 * log_factor) * mu.array();
-    return (variances.log() + squares.array() / variances).sum();
-  };
+  const auto unlikely = [&](double log_factor) { return unlikeliness(mu, squares, log_factor); };
   double best = 0;
   for (int k = -kTried; k <= kTried; ++k) {
     const double tried = kFarthest * k / kTried;
@@ -79,7 +84,12 @@ DrawingConflict drawing_conflict(const Vector& change, ConstRows covariance,
   found.p_large = chi_square_tail(found.q, static_cast<double>(found.directions));
   found.p_small = 1 - QuadraticForm(mu.head(count)).tail(found.weighted);
   found.ratio = found.q / static_cast<double>(found.directions);
-  found.factor = std::exp(most_likely(mu.head(count), squares.head(count)));
+  mu.conservativeResize(count);
+  squares.conservativeResize(count);
+  const double likely = most_likely(mu, squares);
+  found.factor = std::exp(likely);
+  found.as_drawn =
+      std::max(unlikeliness(mu, squares, -kFarthest) - unlikeliness(mu, squares, likely), 0.0);
   return found;
 }
 

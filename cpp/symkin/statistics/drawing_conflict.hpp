@@ -17,6 +17,7 @@ struct DrawingConflict {
   double p_small = 1;    // of a weighted sum so small: nearer to the drawing than robots are made
   double ratio = 1;      // q / k
   double factor = 1;     // on the tolerances, the most likely one of all robots' alike
+  double as_drawn = 0;   // twice the log of how much likelier that is than none: exactly as drawn
 };
 
 // For changes of parameters from the drawing, their covariance, and the priors' deviations.

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import ClassVar
 
 import numpy as np
@@ -34,6 +35,8 @@ class DrawingConflict(Value):
         q / k.
     factor : float
         By which the tolerances would have to be multiplied, most likely.
+    as_drawn : float
+        Twice the logarithm of how much likelier that factor is than zero, a robot exactly as drawn.
     """
 
     directions: int
@@ -42,6 +45,7 @@ class DrawingConflict(Value):
     p_small: float
     ratio: float
     factor: float
+    as_drawn: float = math.nan  # of results that did not have it
 
     derived: ClassVar[tuple[str, ...]] = ("variance_factor",)
 
@@ -92,7 +96,13 @@ def conflict_of(
     if not found.directions:
         return None
     return DrawingConflict(
-        found.directions, found.q, found.p_large, found.p_small, found.ratio, found.factor
+        found.directions,
+        found.q,
+        found.p_large,
+        found.p_small,
+        found.ratio,
+        found.factor,
+        found.as_drawn,
     )
 
 

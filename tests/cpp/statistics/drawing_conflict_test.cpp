@@ -59,6 +59,18 @@ TEST(DrawingConflict, HasTheNumbersOfTheReference) {
   }
 }
 
+// One direction of variance 0.2 by noise alone and 1 with the tolerances, u^2 of the robot.
+TEST(DrawingConflict, SaysHowMuchLikelierItsFactorIsThanNone) {
+  const auto found = [](double square) {
+    const Vector change = Vector::Constant(1, std::sqrt(0.8 * square));
+    return drawing_conflict(change, RowMatrix::Constant(1, 1, 0.2), Vector::Ones(1));
+  };
+  for (const double square : {0.5, 0.9, 4.0}) {
+    EXPECT_NEAR(found(square).as_drawn, std::log(0.2) + square / 0.2 - std::log(square) - 1, 1e-6);
+  }
+  EXPECT_NEAR(found(0.1).as_drawn, 0, 1e-9);  // less than noise alone makes
+}
+
 TEST(DrawingConflict, IsNoneWhereTheDataShowNothing) {
   const Vector tolerances = Vector::Constant(2, 0.1);
   const RowMatrix covariance = 0.01 * RowMatrix::Identity(2, 2);

@@ -76,7 +76,7 @@ def test_a_robot_made_better_than_its_tolerances_is_trusted_and_they_are_called_
     assert all(each.trustworthy for each in found)
     told = [note for each in found for note in each.notes if note.code == "tolerances-wide"]
     assert len(told) == len(found)
-    assert np.mean([note.figures["factor"] for note in told]) == pytest.approx(2.5, rel=0.3)
+    assert np.mean([note.figures["factor"] for note in told]) == pytest.approx(0.4, rel=0.3)
 
 
 def test_wider_priors_leave_what_the_noise_brings_as_it_is():

@@ -349,8 +349,9 @@ DOUBTS: Mapping[str, Code] = {
     ),
     "near-drawing": Code(
         "the robot is nearer to the drawing than robots are made (chi-square {size:.3g} for "
-        "{count} combinations that the observations show): the tolerances are {factor:.2g} times "
-        "too wide, or these numbers were computed from the drawing"
+        "{count} combinations that the observations show): noise alone may make them, as of "
+        "numbers that were computed from the drawing",
+        "were they measured? Then the robot needs no calibration, or tolerances are far too wide",
     ),
     "computed-from-drawing": Code(
         "these numbers were computed from the drawing: it explains the observations better than "
@@ -367,9 +368,9 @@ DOUBTS: Mapping[str, Code] = {
 NOTES: Mapping[str, Code] = {
     "tolerances-wide": Code(
         "The robot is nearer to the drawing than its tolerances say (chi-square {size:.3g} for "
-        "{count} combinations that the observations show): they are {factor:.2g} times too wide, "
-        "and what rests on them is known better than is told. They are standard deviations; limits "
-        "of a drawing are two to three of these."
+        "{count} combinations that the observations show): {factor:.2g} of them would do, and "
+        "what rests on them is known better than is told. They are standard deviations; limits of "
+        "a drawing are two to three of these."
     ),
     "search-cut-short": Code(
         "Not every correction was tried, as of so many legs there are too many: that no cause is "

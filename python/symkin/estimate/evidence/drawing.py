@@ -7,14 +7,15 @@ import dataclasses
 import math
 from collections.abc import Iterator
 from statistics import NormalDist
-from typing import NamedTuple
+from typing import NamedTuple, TypeGuard
 
 import numpy as np
 
 from symkin import _core
 from symkin.errors import SymkinError, few, unknowns_by_name
-from symkin.estimate.conflict import LIMIT
+from symkin.estimate.conflict import LIMIT, DrawingConflict
 from symkin.estimate.evidence.findings import Doubt, Note
+from symkin.estimate.evidence.residuals import BETTER
 from symkin.estimate.fit import FALSE_ALARMS
 from symkin.estimate.found import Found
 from symkin.estimate.parameters import Unknown
@@ -80,12 +81,11 @@ def _against_tolerances(found: Found) -> Iterator[Doubt]:
     if computed_from_drawing(found):
         yield Doubt("computed-from-drawing")
     elif conflict is not None and conflict.p_large < LIMIT:
-        figures = {"count": conflict.directions, "factor": conflict.factor}
-        yield Doubt("far-from-drawing", size=conflict.q, p=conflict.p_large, figures=figures)
-    else:
-        wide = _too_wide(found)
-        if wide is not None and wide.figures["factor"] >= _MANY_TIMES:
-            yield Doubt("near-drawing", size=wide.size, p=wide.p, figures=wide.figures)
+        yield Doubt(
+            "far-from-drawing", size=conflict.q, p=conflict.p_large, figures=_sizes(conflict)
+        )
+    elif _is_near(conflict, found) and not conflict.as_drawn > BETTER:
+        yield Doubt("near-drawing", size=conflict.q, p=conflict.p_small, figures=_sizes(conflict))
 
 
 def wide_tolerances(found: Found) -> Iterator[Note]:
@@ -93,17 +93,20 @@ def wide_tolerances(found: Found) -> Iterator[Note]:
 
     Who takes a drawing's limits for standard deviations has such robots.
     """
-    wide = _too_wide(found)
-    if wide is not None and wide.figures["factor"] < _MANY_TIMES:
-        yield wide
-
-
-def _too_wide(found: Found) -> Note | None:
     conflict = found.conflict
-    if conflict is None or conflict.p_small >= LIMIT:
-        return None
-    figures = {"count": conflict.directions, "factor": 1 / max(conflict.factor, 1e-3)}
-    return Note("tolerances-wide", size=conflict.q, p=conflict.p_small, figures=figures)
+    if _is_near(conflict, found) and conflict.as_drawn > BETTER:
+        figures = _sizes(conflict)
+        yield Note("tolerances-wide", size=conflict.q, p=conflict.p_small, figures=figures)
+
+
+def _is_near(conflict: DrawingConflict | None, found: Found) -> TypeGuard[DrawingConflict]:
+    """Whether it is by the noise that is declared, unless that is too large."""
+    small = any(fit.chi_square < fit.least for fit in found.goodness)
+    return conflict is not None and conflict.p_small < LIMIT and not small
+
+
+def _sizes(conflict: DrawingConflict) -> dict[str, float]:
+    return {"count": conflict.directions, "factor": conflict.factor}
 
 
 def strained_ties(found: Found) -> Iterator[Doubt]:
