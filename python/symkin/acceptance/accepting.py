@@ -11,7 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
-from symkin.acceptance.calibration import calibrated_of, rows_seen
+from symkin.acceptance.alike import rows_alike
+from symkin.acceptance.calibration import Again, calibrated_of, rows_seen
 from symkin.acceptance.certificate import ABOUT, Acceptance, Judged, Kind, TestedPose
 from symkin.acceptance.doubts import (
     likely_cause,
@@ -28,21 +29,24 @@ from symkin.acceptance.limits import (
     poses_for_share,
 )
 from symkin.acceptance.repeatability import pose_accuracy, visits_of
-from symkin.acceptance.tested import Tested
+from symkin.acceptance.tested import Tested, positions_of_points
 from symkin.analysis.evaluation import AlignedErrors, Evaluation, evaluate
+from symkin.analysis.seen import Seen
 from symkin.data.measurements import Measurements
 from symkin.data.reading import Measured, as_measurements
-from symkin.errors import SymkinError, did_you_mean
+from symkin.errors import SymkinError, did_you_mean, few
 from symkin.estimate.estimate import Estimate
 from symkin.estimate.evidence.computed import rows_not_measured
 from symkin.estimate.evidence.standing import what_stands_still
 from symkin.model.given import MechanismGiven
 from symkin.model.mechanism import Mechanism
 from symkin.options import Frame, Judge, checks
+from symkin.present import asker
 from symkin.values import Array
 
 _FEWEST, _MANY = 5, 30  # poses, that may stand for all others, and that do so well
 _SHARE = 0.95
+_NAMED = 5
 _ASIDE = 0.25  # of the workspace along an axis, of which poses that span less say little
 
 
@@ -101,7 +105,12 @@ def accept(
     found, model, paths = calibrated_of(calibrated)
     _check_asked(model, wanted, frames, about)
     table = as_measurements(measurements, model)
-    held_out = _held_out(found, table)
+    given: dict[Kind, float | None] = {
+        "position": uncertainty,
+        "orientation": orientation_uncertainty,
+    }
+    exact = _deviations(model, given)
+    held_out = _held_out(found, table, exact)
     _require_measured(found, model, table)
     noise = found.noise if found is not None else model.noise
     moved, fitted = tuple(frames or ()), 0
@@ -115,7 +124,11 @@ def accept(
         raise SymkinError(f"{error}; {'; '.join(cause)}") from error
     if moved:
         tested, fitted = tested.with_own_base()
-    given = {"position": uncertainty, "orientation": orientation_uncertainty}
+        if found is not None:
+            fit = found.measurements
+            places = positions_of_points(model, fit)[0] if Seen.of(fit).tracked else fit
+            alike = rows_alike(places, tested.moved_back, noise, exact)
+            _refuse(tested.table, Again(alike, altered=True))
     before = _before(found, table)
     length = model.characteristic_length
     apart = tolerance if tolerance is not None else length * (orientation_tolerance or 0.0)
@@ -219,17 +232,40 @@ def _require_measured(found: Estimate | None, model: Mechanism, table: Measureme
         raise SymkinError(str(computed[0]))
 
 
-def _held_out(found: Estimate | None, table: Measurements) -> bool | None:
+def _deviations(model: Mechanism, given: Mapping[Kind, float | None]) -> Array:
+    """Standard deviations that are given of the coordinates; NaN of others."""
+    known = [math.nan if each is None else each for each in given.values()]
+    space = model.space
+    return np.repeat(known, [space.size, len(space.rotation)])
+
+
+def _held_out(found: Estimate | None, table: Measurements, stated: Array) -> bool | None:
     """Refuse rows of the calibration; None if they are not known."""
     if found is None:
         return None
-    if again := rows_seen(found, table):
-        shown = ", ".join(again[:5]) + (", ..." if len(again) > 5 else "")
-        raise SymkinError(
-            f"{len(again)} of {len(table.poses)} rows ({shown}) are of the calibration itself; "
-            "expected measurements that it has not seen"
-        )
+    _refuse(table, rows_seen(found, table, stated))
     return True
+
+
+def _refuse(table: Measurements, again: Again) -> None:
+    """Refuse them, if there are any."""
+    if not again.rows.any():
+        return
+    which = (
+        f"{again.rows.sum()} of {len(table.poses)} rows "
+        f"({few(table.row_numbers[again.rows].tolist(), _NAMED)})"
+    )
+    if not again.altered:
+        raise SymkinError(
+            f"{which} are of the calibration itself; expected measurements that it has not seen"
+        )
+    option = "uncertainty=" if asker() == "python" else "--uncertainty"
+    raise SymkinError(
+        f"{which} differ from rows of the calibration by far less than two measurements of one "
+        "pose would by the declared noise: they are of the calibration itself, altered; expected "
+        "measurements that it has not seen, or, of a device that is that much more exact, its "
+        f"uncertainty ({option})"
+    )
 
 
 def _before(found: Estimate | None, table: Measurements) -> dict[str, float]:

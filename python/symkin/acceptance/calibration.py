@@ -5,11 +5,12 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from symkin.acceptance.alike import last_digit, rows_alike
 from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError
 from symkin.estimate.estimate import Estimate
@@ -19,8 +20,7 @@ from symkin.pipeline import saved_estimate
 from symkin.values import Array
 
 _RESULTS = "results.json"
-_UNITS = (1.0, np.pi / 180, 0.0254)  # of a column, which decimal prefixes do not change
-_DIGITS, _EXACT = 9, 1e-9
+_EXACT = 1e-9
 
 
 def calibrated_of(given: Any) -> tuple[Estimate | None, Mechanism, list[Path]]:
@@ -46,17 +46,29 @@ def calibrated_of(given: Any) -> tuple[Estimate | None, Mechanism, list[Path]]:
     return None, model, paths
 
 
-def rows_seen(found: Estimate, table: Measurements) -> list[str]:
-    """The numbers of those rows of a table that a calibration was fitted to.
+class Again(NamedTuple):
+    """Which rows a calibration was fitted to, and whether it is noise that tells."""
 
-    Also if the table has them rounded, as programs export them: then most of its rows are.
+    rows: NDArray[np.bool_]
+    altered: bool
+
+
+def rows_seen(found: Estimate, table: Measurements, stated: Array | None = None) -> Again:
+    """Those rows of a table that a calibration was fitted to.
+
+    Also if the table has them rounded, as programs export them: then most of its rows are. Also if
+    they are altered by less than noise would, that which is `stated`, too; see `rows_alike`.
     """
     known = set(row_digests(found.measurements))
     again = np.array([digest in known for digest in row_digests(table)], dtype=bool)
+    altered = False
     if not again.any():
         rounded = _rounded_of(found, table)
         again = rounded if rounded.sum() > len(rounded) / 2 else again
-    return [str(row) for row in table.row_numbers[again]]
+    if not again.any():
+        again = rows_alike(found.measurements, table, found.noise, stated)
+        altered = True
+    return Again(again, altered)
 
 
 def _rounded_of(found: Estimate, table: Measurements) -> NDArray[np.bool_]:
@@ -73,22 +85,12 @@ def _rounded_of(found: Estimate, table: Measurements) -> NDArray[np.bool_]:
     seen = np.isfinite(rows[:, : space.size]).all(axis=1)
     if not (space.moves and seen.any()):
         return again
-    steps = np.array([_step_of(column[np.isfinite(column)]) for column in rows.T])
+    steps = np.array([last_digit(column) for column in rows.T])
     for place in np.flatnonzero(seen):
         near = np.abs(known - rows[place]) <= steps * (0.5 + _EXACT)
         missing = np.isnan(rows[place]) & np.isnan(known)
         again[place] = bool((near | missing).all(axis=1).any())
     return again
-
-
-def _step_of(values: Array) -> float:
-    """Of the last digit that a column was written with, in some unit; of full numbers next to 0."""
-    for unit in _UNITS:
-        for digits in range(_DIGITS):
-            off = np.abs(values / unit - np.round(values / unit, digits))
-            if (off <= _EXACT * np.maximum(np.abs(values / unit), 10.0**-digits)).all():
-                return float(unit * 10.0**-digits)
-    return float(_EXACT * np.abs(values).max(initial=1.0))
 
 
 def row_digests(measured: Measurements) -> list[str]:

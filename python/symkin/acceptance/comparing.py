@@ -12,6 +12,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from symkin import _core
+from symkin.acceptance.alike import rows_alike
 from symkin.acceptance.calibration import row_digests
 from symkin.analysis.promises import CONFIDENCE, parameter_effects, thinned
 from symkin.analysis.workspace import sample_workspace
@@ -264,7 +265,10 @@ def _same_rows(pair: list[Estimate]) -> list[str]:
         ]
         for taken in (found.measurements for found in pair)
     )
-    same = len(set(one).intersection(other))
+    first, second = pair
+    same = len(set(one).intersection(other)) or int(
+        rows_alike(first.measurements, second.measurements, second.noise).sum()
+    )
     if not same:
         return []
     return [

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import copy
+import dataclasses
 from typing import Any
 
 import numpy as np
@@ -37,7 +38,7 @@ class Tested:
         space = model.space
         points = None
         if Seen.of(table).tracked:
-            table, points = _by_points(model, table)
+            table, points = positions_of_points(model, table)
         read = np.isfinite(table.readings).all(axis=1)
         place = np.isfinite(table.poses[:, : space.size]).all(axis=1) & space.moves
         turn = np.isfinite(table.poses[:, space.size :]).all(axis=1) & space.turns
@@ -57,6 +58,7 @@ class Tested:
         self.model, self.noise = model, noise
         self.table = table.subset(kept[taken])
         self.own = poses[taken]
+        self._moved = STAYS
         self._points = None if points is None else points[kept[taken]]
         self.commanded = self._framed(self.own)
         self.numbers = self.table.row_numbers
@@ -133,7 +135,18 @@ class Tested:
             )
         moved = Transform(rotation, translation)
         made = self._commanding(poses_of(name, moved @ transforms(name, self.commanded)))
+        made._moved = moved
         return made, len(space.frame_components)
+
+    @property
+    def moved_back(self) -> Measurements:
+        """The positions that were measured, as seen from where the device was before."""
+        size = self.model.space.size
+        poses = np.full_like(self.table.poses, np.nan)
+        moved = self._moved
+        seen = self.table.poses[:, :size] - moved.translation[:size]
+        poses[:, :size] = seen @ moved.rotation[:size, :size]
+        return dataclasses.replace(self.table, poses=poses)
 
     def _framed(self, poses: Array) -> Array:
         """Poses of the platform as those of the target, or of the points, in the device's frame."""
@@ -168,7 +181,7 @@ class Tested:
         return errors
 
 
-def _by_points(model: Mechanism, table: Measurements) -> tuple[Measurements, Array]:
+def positions_of_points(model: Mechanism, table: Measurements) -> tuple[Measurements, Array]:
     """A table whose rows are the points that were seen, and where they are on the platform."""
     assert table.points is not None
     places = model.frames.points if model.frames else ()

@@ -121,10 +121,10 @@ def evaluate(
 def _seen(model: str, measured: symkin.Measurements) -> Iterator[str]:
     """What to know where a calibration is held against rows that it was fitted to."""
     found, _, _ = calibrated_of(model)
-    again = () if found is None else rows_seen(found, measured)
+    again = 0 if found is None else int(rows_seen(found, measured).rows.sum())
     if again:
         yield (
-            f"{len(again)} of {plural(len(measured.poses), 'row')} are those that the calibration "
+            f"{again} of {plural(len(measured.poses), 'row')} are those that the calibration "
             "was fitted to, at which it looks better than elsewhere; measure others, and ask "
             "symkin accept"
         )
