@@ -88,7 +88,7 @@ def case(robots: int, points: int, times: float, hidden: float, known: int) -> d
         told["true"].append((left.position_rms, left.orientation_rms))
         expected = np.array((found.expected.position, found.expected.orientation))
         told["expected"].append(expected)
-        bound = Expected.of(dataclasses.replace(found, covariance=found.model_covariance))
+        bound = Expected.by(dataclasses.replace(found, covariance=found.model_covariance))
         told["bound"].append((bound.position, bound.orientation))
         off = np.abs(found.mechanism.parameters - actual.parameters)
         unknown = found.deviations > 0

@@ -21,7 +21,7 @@ from symkin.files.mechanism_writer import save_mechanism
 from symkin.guided import beginning
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import NoiseSettings
-from symkin.options import checks
+from symkin.options import Coordinates, checks
 from symkin.pipeline import ProtocolResult, run_protocol, saved_estimate
 from symkin.planning import making, simulation
 from symkin.planning.selection import Criterion, Design, SelectionMethod
@@ -92,6 +92,7 @@ class Robot(Mechanism):
         sessions: Sequence[str] | None = None,
         clock_offset: bool | None = None,
         bow: float | str | None = None,
+        of: Coordinates | None = None,
         confidence: float = CONFIDENCE,
     ) -> Estimate[Self]:
         """Return `symkin.identify` from measurements, with it as the nominal mechanism."""
@@ -121,6 +122,7 @@ class Robot(Mechanism):
             sessions=sessions,
             clock_offset=clock_offset,
             bow=bow,
+            of=of,
             confidence=confidence,
         )
 

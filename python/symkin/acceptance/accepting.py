@@ -38,9 +38,10 @@ from symkin.errors import SymkinError, did_you_mean, few
 from symkin.estimate.estimate import Estimate
 from symkin.estimate.evidence.computed import rows_not_measured
 from symkin.estimate.evidence.standing import what_stands_still
+from symkin.estimate.survey import coordinates_of
 from symkin.model.given import MechanismGiven
 from symkin.model.mechanism import Mechanism
-from symkin.options import Frame, Judge, checks
+from symkin.options import Coordinates, Frame, Judge, checks
 from symkin.present import asker
 from symkin.values import Array
 
@@ -61,6 +62,7 @@ def accept(
     uncertainty: float | None = None,
     orientation_uncertainty: float | None = None,
     frames: Sequence[Frame] | None = None,
+    of: Coordinates | None = None,
     about: Mapping[str, str] | None = None,
 ) -> Acceptance:
     """Decide whether a calibrated robot keeps a tolerance, by measurements it has not seen.
@@ -86,6 +88,9 @@ def accept(
     frames : sequence of str, optional
         ``["base"]`` if the device was set up anew since the calibration: its frame is fitted to
         this table, and costs as many coordinates.
+    of : str, optional
+        Coordinates that the error of the position is of, in the device's frame: "x", "y", "z", two
+        of them ("xy"), or "height", that above the bed. By default those of the calibration.
     about : mapping, optional
         What else the certificate states: serial numbers, device, person, ...; see `ABOUT`.
 
@@ -103,7 +108,9 @@ def accept(
         "orientation": orientation_tolerance,
     }
     found, model, paths = calibrated_of(calibrated)
-    _check_asked(model, wanted, frames, about)
+    if tolerance is not None:
+        of = of or _coordinates_of(found, model)
+    _check_asked(model, wanted, frames, about, of)
     table = as_measurements(measurements, model)
     given: dict[Kind, float | None] = {
         "position": uncertainty,
@@ -115,7 +122,7 @@ def accept(
     noise = found.noise if found is not None else model.noise
     moved, fitted = tuple(frames or ()), 0
     try:
-        tested = Tested(model, table, noise)
+        tested = Tested(model, table, noise, of)
     except SymkinError as error:
         still = [each.cause for each in what_stands_still(model, table)]
         cause = still or likely_cause(found, model, table)
@@ -129,7 +136,7 @@ def accept(
             places = positions_of_points(model, fit)[0] if Seen.of(fit).tracked else fit
             alike = rows_alike(places, tested.moved_back, noise, exact)
             _refuse(tested.table, Again(alike, altered=True))
-    before = _before(found, table)
+    before = _before(found, table, of)
     length = model.characteristic_length
     apart = tolerance if tolerance is not None else length * (orientation_tolerance or 0.0)
     visits = visits_of(tested.distances(length), apart)
@@ -172,7 +179,7 @@ def accept(
     still = [each.cause for each in what_stands_still(model, table)]
     doubts = [*rows_left_out(table), *still]
     if failed := next((each for each in judged if each.verdict == "fail"), None):
-        doubts = doubts or why_it_failed(found, model, table, tested, failed, moved)
+        doubts = doubts or why_it_failed(found, model, table, tested, failed, moved, of)
     return Acceptance(
         name=model.name,
         judge=judge,
@@ -186,6 +193,7 @@ def accept(
         unread=tested.unread,
         unmeasured=tested.unmeasured,
         fitted=moved,
+        of=of,
         tested=_range(tested.coordinates),
         workspace=_box(model),
         about=dict(about or {}),
@@ -200,7 +208,10 @@ def _check_asked(
     wanted: Mapping[Kind, float | None],
     frames: Sequence[str] | None,
     about: Mapping[str, str] | None,
+    of: Coordinates | None,
 ) -> None:
+    if of is not None and wanted["position"] is None:
+        raise SymkinError(f'no tolerance of the position is given; expected one of "{of}"')
     if all(each is None for each in wanted.values()):
         raise SymkinError("a tolerance is missing; expected one of the position or orientation")
     kinds = {kind for kind, _ in model.space.errors}
@@ -268,7 +279,14 @@ def _refuse(table: Measurements, again: Again) -> None:
     )
 
 
-def _before(found: Estimate | None, table: Measurements) -> dict[str, float]:
+def _coordinates_of(found: Estimate | None, model: Mechanism) -> Coordinates | None:
+    """Of which errors are by the calibration, or by the model's file."""
+    return coordinates_of(model) if found is None else found.options.of
+
+
+def _before(
+    found: Estimate | None, table: Measurements, of: Coordinates | None
+) -> dict[str, float]:
     """Errors of the drawing at the same rows, in the frames that were found; NaN if unknown."""
     errors: Evaluation | AlignedErrors | None = None
     if found is not None:
@@ -278,7 +296,14 @@ def _before(found: Estimate | None, table: Measurements) -> dict[str, float]:
             if found.floats and errors.aligned is not None:
                 errors = errors.aligned
     kinds = ("position", "orientation")
-    return {kind: getattr(errors, f"{kind}_rms", math.nan) for kind in kinds}
+    figures = {kind: getattr(errors, f"{kind}_rms", math.nan) for kind in kinds}
+    if of is not None and found is not None:
+        figures["position"] = math.nan
+        with suppress(SymkinError):
+            drawn = found.nominal.replace(frames=found.mechanism.frames)
+            off = Tested(drawn, table, found.noise, of).errors_of("position")
+            figures["position"] = float(np.sqrt((off**2).sum(axis=1).mean()))
+    return figures
 
 
 def _mean_of(errors: Array, uncertainty: Array) -> tuple[Array, Array] | None:

@@ -116,6 +116,8 @@ class Acceptance(FolderResult):
         Rows left out, since not all legs were read, or nothing of the pose was measured.
     fitted : tuple of str
         Frames that were fitted to this table.
+    of : str or None
+        The coordinates that errors of the position are of, such as "z" or "height"; None: of all.
     tested, workspace : ndarray, shape (dof, 2)
         Least and largest coordinate of the tested poses, and of the workspace; m and rad.
     about : mapping of str to str
@@ -143,6 +145,7 @@ class Acceptance(FolderResult):
     unread: int = 0
     unmeasured: int = 0
     fitted: tuple[str, ...] = ()
+    of: str | None = None
     tested: Array = field(default_factory=lambda: np.zeros((0, 2)))
     workspace: Array = field(default_factory=lambda: np.zeros((0, 2)))
     about: Mapping[str, str] = field(default_factory=dict)
@@ -164,6 +167,8 @@ class Acceptance(FolderResult):
             "RP_position_m": [each.accuracy.position_repeatability for each in self.poses],
         }
         for index, (name, unit) in enumerate(self.space.units.items()):
+            if self.of is not None and unit == "m" and name not in self.of:
+                continue  # nor is a height a coordinate
             found[f"AP_{name}_{unit}"] = [each.accuracy.components[index] for each in self.poses]
         for index, name in enumerate(self.space.rotation):
             found[f"RP_{name}_rad"] = [

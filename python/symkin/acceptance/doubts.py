@@ -34,6 +34,7 @@ def why_it_failed(
     tested: Tested,
     judged: Judged,
     fitted: tuple[str, ...],
+    of: str | None,
 ) -> list[str]:
     """What speaks against the rows rather than against the robot, in sentences.
 
@@ -50,7 +51,7 @@ def why_it_failed(
             f"no robot like the drawing of {model.name} has such rows: are they of another "
             "mechanism, or with a mistake in them?"
         ]
-    error, promise = judged.limits, _promise(found, judged.kind)
+    error, promise = judged.limits, _promise(found, judged.kind, of)
     if not (error.lower > promise or error.corrected > _WORSE * judged.before > 0):
         return []
     unit = "rad" if judged.kind == "orientation" else "m"
@@ -121,9 +122,11 @@ def _set_up_anew(tested: Tested, judged: Judged) -> str:
     )
 
 
-def _promise(found: Estimate | None, kind: str) -> float:
+def _promise(found: Estimate | None, kind: str, of: str | None) -> float:
     """What the calibration had 95% of such robots keep; infinite if that is not known."""
     expected = None if found is None or not found.converged else found.expected
+    if expected is not None and kind == "position" and expected.of != of:
+        return math.inf
     bound = math.inf if expected is None else float(getattr(expected, f"{kind}_bound"))
     return bound if math.isfinite(bound) else math.inf
 

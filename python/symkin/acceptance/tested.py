@@ -14,6 +14,7 @@ from symkin.analysis.reflectors import in_three, motions_of, turning
 from symkin.analysis.seen import Seen
 from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError
+from symkin.estimate.survey import check_coordinates
 from symkin.model.framing import framed
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import (
@@ -24,23 +25,35 @@ from symkin.model.poses import (
     poses_of,
     transforms,
 )
-from symkin.model.settings import NoiseSettings
+from symkin.model.settings import Frames, NoiseSettings, height_of_bed
+from symkin.options import Coordinates
 from symkin.values import Array
 
 
 class Tested:
     """Commanded and attained poses, row by row, in the device's frame.
 
-    Where points of the platform were measured instead, each of them is a position of its own.
+    Where points of the platform were measured instead, each of them is a position of its own. Where
+    errors of the position are `of` some coordinates, the others count as none.
     """
 
-    def __init__(self, model: Mechanism, table: Measurements, noise: NoiseSettings) -> None:
+    def __init__(
+        self,
+        model: Mechanism,
+        table: Measurements,
+        noise: NoiseSettings,
+        of: Coordinates | None = None,
+    ) -> None:
         space = model.space
+        heights = table.heights if of == "height" else None
+        self._by_heights = heights is not None
         points = None
         if Seen.of(table).tracked:
             table, points = positions_of_points(model, table)
         read = np.isfinite(table.readings).all(axis=1)
         place = np.isfinite(table.poses[:, : space.size]).all(axis=1) & space.moves
+        if heights is not None:
+            place = np.isfinite(heights)
         turn = np.isfinite(table.poses[:, space.size :]).all(axis=1) & space.turns
         self.unread = int((~read).sum())
         self.unmeasured = int((read & ~(place | turn)).sum())
@@ -56,6 +69,8 @@ class Tested:
         if not taken.any():
             raise SymkinError(f'mechanism "{model.name}" can take none of the {len(kept)} rows')
         self.model, self.noise = model, noise
+        self._axes, self._along = _counting(model, of)
+        self._is_height = of == "height"
         self.table = table.subset(kept[taken])
         self.own = poses[taken]
         self._moved = STAYS
@@ -87,8 +102,9 @@ class Tested:
 
     def part(self, kind: str) -> Array:
         """Errors of the position or of the orientation; NaN where it was not measured."""
-        size = self.model.space.size
-        return self.errors[:, :size] if kind == "position" else self.errors[:, size:]
+        if kind == "position":
+            return self.errors[:, self._axes]
+        return self.errors[:, self.model.space.size :]
 
     def errors_of(self, kind: str) -> Array:
         """The same, of the rows where it was measured."""
@@ -105,6 +121,8 @@ class Tested:
         the readings.
         """
         size = self.model.space.size
+        if kind == "position" and self._along is not None:
+            return self._uncertainty_along(self._along)
         columns = slice(None, size) if kind == "position" else slice(size, None)
         declared = self.table.standard_deviations(self.noise)["poses"]
         of_readings = variances_by_readings(
@@ -112,6 +130,25 @@ class Tested:
         )
         found = np.sqrt(declared[:, columns] ** 2 + of_readings[:, columns])
         return np.where(np.isfinite(self.part(kind)).all(axis=1, keepdims=True), found, np.nan)
+
+    def _uncertainty_along(self, along: Array) -> Array:
+        """Standard uncertainties of the position along some directions of the robot's frame."""
+        deviations = self.table.coordinate_deviations(self.noise)
+        if self._by_heights:
+            squares = deviations["heights"].reshape(-1, 1) ** 2
+        else:
+            size = self.model.space.size
+            seen = (along @ self._base.rotation.T)[:, :size]
+            squares = deviations["poses"][:, :size] ** 2 @ (seen**2).T
+        squares = squares + variances_by_readings(
+            self.model, self.table, self.own, self.noise.reading, self._points, along
+        )
+        return np.where(np.isfinite(self.part("position")), np.sqrt(squares), np.nan)
+
+    @property
+    def _base(self) -> Transform:
+        frames = self.model.frames
+        return frame(self.model.pose_space, frames.base if frames else ())
 
     def with_own_base(self) -> tuple[Tested, int]:
         """Fit the device's frame to the table; and of how many coordinates it takes account."""
@@ -152,10 +189,9 @@ class Tested:
         """Poses of the platform as those of the target, or of the points, in the device's frame."""
         if self._points is None:
             return framed(self.model, poses)
-        name, frames = self.model.pose_space, self.model.frames
+        name = self.model.pose_space
         still = np.broadcast_to(STAYS.rotation, (len(poses), 3, 3))
-        base = frame(name, frames.base if frames else ())
-        return poses_of(name, base @ transforms(name, poses) @ Transform(still, self._points))
+        return poses_of(name, self._base @ transforms(name, poses) @ Transform(still, self._points))
 
     def _commanding(self, commanded: Array) -> Tested:
         """The same measurements, of other commanded poses."""
@@ -172,6 +208,18 @@ class Tested:
             self.table.poses[:, : space.size]
             - transforms(name, self.commanded).translation[:, : space.size]
         )
+        if self._by_heights:
+            errors[:, : space.size] = 0
+            assert self.table.heights is not None
+            errors[:, 2] = self.table.heights - self._heights()
+        elif self._is_height:
+            assert self._along is not None
+            above = errors[:, : space.size] @ self._base.rotation @ self._along[0]
+            errors[:, : space.size] = np.where(np.isnan(above), np.nan, 0)[:, None]
+            errors[:, 2] = above
+        elif self._along is not None:
+            others = np.setdiff1d(np.arange(space.size), self._axes)
+            errors[:, others] *= 0
         turned = np.isfinite(self.table.poses[:, space.size :]).all(axis=1) & space.turns
         if turned.any():
             # Positions that were not measured have no part in how far it turned.
@@ -179,6 +227,31 @@ class Tested:
             tangents = between(transforms(name, self.commanded[turned]), transforms(name, attained))
             errors[turned, space.size :] = tangents[:, space.components][:, space.size :]
         return errors
+
+    def _heights(self) -> Array:
+        """Of the target above the bed, as commanded."""
+        frames, name = self.model.frames or Frames(), self.model.pose_space
+        places = (transforms(name, self.own) @ frame(name, frames.target)).translation
+        plane = frames.plane or (0.0, 0.0, 0.0)
+        above = places[:, 2] - height_of_bed(plane, places)
+        return np.asarray(above / np.linalg.norm([1.0, *plane[1:3]]))
+
+
+def _counting(model: Mechanism, of: Coordinates | None) -> tuple[list[int], Array | None]:
+    """Columns of errors of the position, and along which directions of the robot's frame they are.
+
+    No directions where all of them count.
+    """
+    check_coordinates(model, of)
+    frames, name = model.frames or Frames(), model.pose_space
+    if of is None:
+        return [*range(model.space.size)], None
+    if of == "height":
+        slopes = (frames.plane or (0.0, 0.0, 0.0))[1:3]
+        up = np.array([*(-each for each in slopes), 1.0])
+        return [2], up[None] / np.linalg.norm(up)
+    axes = ["xyz".index(axis) for axis in of]
+    return axes, frame(name, frames.base).rotation[axes]
 
 
 def positions_of_points(model: Mechanism, table: Measurements) -> tuple[Measurements, Array]:

@@ -195,19 +195,20 @@ def variances_by_readings(
     poses: Array,
     deviation: float,
     places: Array | None = None,
+    along: Array | None = None,
 ) -> Array:
     """Variances of the target's pose that the readings' noise makes, shape (N, dof).
 
     At the model's poses in its own frame, (N, coordinates); `deviation`, m or rad, is that of
     readings for which the table has none of its own. With `places`, (N, 3), of points on the
-    platform, m, instead of the target.
+    platform, m, instead of the target; of its place `along` some directions alone, (k, 3).
     """
     space, own = model.space, table.reading_deviations
     variances = np.full(table.readings.shape, deviation**2)
     if own is not None:
         variances = np.where(np.isfinite(own), own**2, variances)
     if not variances.any():
-        return np.zeros((len(poses), space.dof))
+        return np.zeros((len(poses), space.dof if along is None else len(along)))
     by_readings = np.linalg.pinv(model.pose_jacobian(poses))
     moves = np.zeros((len(poses), 6, by_readings.shape[2]))
     moves[:, space.components] = by_readings
@@ -215,6 +216,8 @@ def variances_by_readings(
     there = np.broadcast_to(target, (len(poses), 3)) if places is None else places
     arms = np.einsum("nij,nj->ni", transforms(model.pose_space, poses).rotation, there)
     moves[:, :3] += np.cross(moves[:, 3:], arms[:, :, None], axis=1)
+    if along is not None:
+        return np.asarray(np.einsum("nkj,nj->nk", (along @ moves[:, :3]) ** 2, variances))
     squares = np.einsum("nij,nj->ni", moves**2, variances)
     # Along other axes in the device's frame, but as large together.
     for part in (range(3), range(3, 6)):

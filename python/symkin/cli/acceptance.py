@@ -27,7 +27,7 @@ from symkin.cli.options import (
     share_of,
 )
 from symkin.model.mechanism import require_same_shape
-from symkin.options import Judge
+from symkin.options import Coordinates, Judge
 from symkin.robot import load_mechanism
 from symkin.show.wording import plural
 from symkin.storage.output_files import OutputFiles
@@ -177,6 +177,7 @@ def accept(
         ),
     ] = None,
     frames: list[str] | None = None,
+    of: Coordinates | None = None,
     about: Annotated[
         list[str] | None,
         option(
@@ -225,6 +226,7 @@ def accept(
                 uncertainty=known[0],
                 orientation_uncertainty=known[1],
                 frames=several_of(frames),  # type: ignore[arg-type]  # which it checks
+                of=of,
                 about=stated,
             )
             if target:

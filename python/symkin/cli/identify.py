@@ -45,7 +45,7 @@ from symkin.estimate.fleet import Fleet, identify_robots
 from symkin.estimate.fleet_jobs import Robots
 from symkin.estimate.fleet_sources import robots_of_files
 from symkin.files.mechanism_file import read_mechanism
-from symkin.options import Format, Gauge
+from symkin.options import Coordinates, Format, Gauge
 from symkin.storage.output_files import OutputFiles
 from symkin.storage.tables import read_table
 
@@ -74,6 +74,7 @@ def identify(
     fitting: Fitting,
     unknown: Unknown,
     clock_offset: bool | None = None,
+    of: Coordinates | None = None,
     sensor_table: Annotated[
         Path | None,
         option(
@@ -169,6 +170,7 @@ def identify(
                 **unknown.arguments(),
                 clock_offset=clock_offset,
                 gauge=gauge,
+                of=of,
                 confidence=share,
                 noise=by.estimated,
             )

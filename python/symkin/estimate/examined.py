@@ -224,7 +224,7 @@ class Examined(Found[M]):
     @once
     def expected(self) -> Expected | None:
         """Errors to expect over the workspace; None without one, or for curved sensors."""
-        return Expected.of(self)
+        return Expected.by(self)
 
     @property
     def directions(self) -> tuple[Direction, ...]:

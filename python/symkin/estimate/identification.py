@@ -20,6 +20,7 @@ from symkin.estimate.covariates import steps_of
 from symkin.estimate.cross_validation import CrossValidation, cross_validation_of
 from symkin.estimate.estimate import Estimate
 from symkin.estimate.options import EstimateOptions, Estimator, Loss, PoseUse
+from symkin.estimate.survey import check_coordinates
 from symkin.estimate.unknowns import (
     Gauge,
     LossPer,
@@ -31,7 +32,7 @@ from symkin.estimate.unknowns import (
 from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import IdentificationSettings, NoiseSettings, unusual
-from symkin.options import checks
+from symkin.options import Coordinates, checks
 
 Nominal = TypeVar("Nominal", bound=Mechanism, default=Mechanism)
 
@@ -64,6 +65,7 @@ def identify(
     sessions: Sequence[str] | None = None,
     clock_offset: bool | None = None,
     bow: float | str | None = None,
+    of: Coordinates | None = None,
     confidence: float = CONFIDENCE,
 ) -> Estimate[Nominal]:
     """Identify what is unknown of a robot from what was observed of it.
@@ -160,6 +162,10 @@ def identify(
         How far the rim of a probed bed may be above its middle, as a standard deviation, m or a
         text with a unit: it is then unknown, ``plane.bow``. The rim is where the farthest height
         was taken, unless `frames` of the mechanism say its radius.
+    of : str, optional
+        Coordinates that errors of the position in `Estimate.expected` are of, in the device's
+        frame: "x", "y", "z", two of them ("xy"), or "height", that above the bed that a probe
+        touches, over that bed. By default all.
     confidence : float
         Share of such robots that are within the bounds of `Estimate.expected`.
 
@@ -203,6 +209,7 @@ def identify(
         "sessions": sessions,
         "clock_offset": clock_offset,
         "bow": bow,
+        "of": of,
     }
     how = {
         "poses": poses,
@@ -272,6 +279,7 @@ def _wanted(
 ) -> dict[str, Any]:
     """What was asked for, by the arguments, the file, or what was measured."""
     wanted = with_file_settings(given, mechanism.identification)
+    check_coordinates(mechanism, wanted.get("of"))
     seen = Seen.of(measurements)
     if seen.marked:
         refuse_commanded(mechanism, measurements)

@@ -15,7 +15,7 @@ from symkin.estimate.covariates import Covariate, covariates_of, steps_of
 from symkin.estimate.unknowns import Gauge, LossPer, Priors, Sensor
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import NoiseSettings
-from symkin.options import Estimator, Loss, Moving, PoseUse, SessionsOwn, flags_of
+from symkin.options import Coordinates, Estimator, Loss, Moving, PoseUse, SessionsOwn, flags_of
 from symkin.shell import typed_word
 from symkin.storage.quantities import evaluate_quantity
 from symkin.values import Value, record
@@ -53,6 +53,7 @@ class EstimateOptions(Value):
     clock_offset: bool = False
     bow: float | str | None = None
     confidence: float = CONFIDENCE
+    of: Coordinates | None = None
 
     def __post_init__(self) -> None:
         """Refuse words that mean nothing, naming those that do."""

@@ -24,6 +24,8 @@ from symkin.estimate.problem import KINDS, Problem
 from symkin.estimate.survey import HeldByPriors, Survey, form_of
 from symkin.estimate.whitened import information_of, typical_sizes, whitened_rows
 from symkin.model.mechanism import Mechanism
+from symkin.model.settings import Frames, height_of_bed
+from symkin.options import Coordinates
 from symkin.values import Array, Value, field, record
 
 _SAMPLES = 4000  # poses of the workspace over which accuracy is expected
@@ -146,6 +148,8 @@ class Expected(Value):
         away, since of an unknown target only the place was measured.
     budget : tuple of BudgetLine
         Where the mean comes from, the observations first; empty if nothing was assumed.
+    of : str or None
+        The coordinates that errors of the position are of, such as "z" or "height"; None: of all.
     """
 
     position: float = field(unit="rms_m")
@@ -162,17 +166,19 @@ class Expected(Value):
     up_to_frames: bool = False
     up_to_turn: bool = False
     budget: tuple[BudgetLine, ...] = ()
+    of: str | None = None
 
     @classmethod
-    def of(cls, found: Found) -> Expected | None:
+    def by(cls, found: Found) -> Expected | None:
         """Over the calibrated mechanism's workspace; None without one, or for curved sensors."""
-        robot = found.mechanism
+        robot, of = found.mechanism, found.options.of
         if robot.curvature is not None:
             return None
         try:
-            poses = expected_over(robot)
+            poses = expected_over(robot, of)
             survey, known = promising(found, robot)
             effects, good = survey.effects(poses)
+            effects = survey.alone(effects, poses[good], of)
         except SymkinError:
             return None
         if not len(effects):
@@ -193,7 +199,7 @@ class Expected(Value):
             survey = dataclasses.replace(survey, layout=layout, priors=layout.prior)
         if np.isfinite(survey.priors).any():
             factors = found.noise_factor, found.conflict_factor
-            held = survey.held(poses, found.model_covariance, *factors)
+            held = survey.held(poses, found.model_covariance, *factors, of)
         return cls(
             position=float(np.sqrt(position.mean())),
             orientation=float(np.sqrt(orientation.mean())),
@@ -209,12 +215,20 @@ class Expected(Value):
             up_to_frames=survey.floating,
             up_to_turn=survey.turned_anyhow,
             budget=budget,
+            of=of,
         )
 
 
-def expected_over(robot: Mechanism) -> Array:
-    """The poses of a robot's workspace over which the errors to expect of it are averaged."""
-    return sample_workspace(robot, _SAMPLES, robot.protocol.seed).poses
+def expected_over(robot: Mechanism, of: Coordinates | None = None) -> Array:
+    """The poses of a robot's workspace over which the errors to expect of it are averaged.
+
+    Those of the height above the bed of a platform that never turns are on the bed.
+    """
+    poses = sample_workspace(robot, _SAMPLES, robot.protocol.seed).poses
+    if of == "height" and robot.pose_space == "translating":
+        plane = (robot.frames or Frames()).plane or (0.0, 0.0, 0.0)
+        poses = np.column_stack([poses[:, :2], height_of_bed(plane, poses)])
+    return poses
 
 
 def _budget(found: Found, effects: Array, known: Array) -> tuple[BudgetLine, ...]:

@@ -6,7 +6,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, TypedDict, get_args
+from typing import Any, TypedDict, cast, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -411,6 +411,7 @@ class Survey(Value):
         covariance: Array,
         noise_factor: float = 1.0,
         conflict_factor: float = 1.0,
+        of: Coordinates | None = None,
     ) -> HeldByPriors:
         """What of this covariance is the priors' own; see `HeldByPriors`.
 
@@ -433,7 +434,7 @@ class Survey(Value):
         moves *= np.sqrt(noise_factor + apart * shares[kept])
         named = np.zeros((int(kept.sum()), len(self.scale)))
         named[:, known] = (units @ vectors[:, kept] / self.scale[known, None]).T
-        expected = self.expected(workspace, moves @ moves.T)
+        expected = self.expected(workspace, moves @ moves.T, of=of)
         return HeldByPriors(self._named(named), expected.position, expected.orientation)
 
     def _decomposed(self, rows: Sequence[Array]) -> tuple[Array, Array]:
@@ -472,8 +473,9 @@ class Survey(Value):
         )
         if anywhere is None:
             return found
-        effects, _ = self.effects(examined(pose_rows(anywhere)))
-        largest = largest_anywhere(effects, covariance, *known)
+        where = examined(pose_rows(anywhere))
+        effects, good = self.effects(where)
+        largest = largest_anywhere(self.alone(effects, where[good], of), covariance, *known)
         return dataclasses.replace(
             found, position_anywhere=largest[0], orientation_anywhere=largest[1]
         )
@@ -511,12 +513,8 @@ class Survey(Value):
             block = poses[first : first + _BLOCK]
             effects, good = self.effects(block)
             evaluated += len(effects)
-            position = effects[:, :3]
-            if of == "height":
-                position = self._heights(block[good])
-            elif of is not None:
-                position = effects[:, ["xyz".index(axis) for axis in of]]
-            for form, part in zip(forms, (position, effects[:, 3:]), strict=True):
+            effects = self.alone(effects, block[good], of)
+            for form, part in zip(forms, (effects[:, :3], effects[:, 3:]), strict=True):
                 form += form_of(part)
         if not evaluated:
             raise SymkinError(
@@ -525,6 +523,19 @@ class Survey(Value):
             )
         position, orientation = forms / evaluated
         return position, orientation, evaluated, len(poses) - evaluated
+
+    def alone(self, effects: Array, poses: Array, of: Coordinates | None) -> Array:
+        """Effects at such poses, of whose positions all but these coordinates are left out."""
+        if of is None:
+            return effects
+        kept = effects.copy()
+        kept[:, :3] = 0
+        if of == "height":
+            kept[:, 2:3] = self._heights(poses)
+        else:
+            own = ["xyz".index(axis) for axis in of]
+            kept[:, own] = effects[:, own]
+        return kept
 
     def effects(self, poses: Array) -> tuple[Array, NDArray[np.bool_]]:
         """How the target moves in the device's frame with the unknowns, at the readings of poses.
@@ -621,6 +632,12 @@ class Survey(Value):
         if self.floating or self.turned_anyhow:
             effects = without_motions(effects, motions, mechanism.characteristic_length)
         return effects
+
+
+def coordinates_of(mechanism: Mechanism) -> Coordinates | None:
+    """Of which of them errors of the position are, by the mechanism's file; None: of all."""
+    said = mechanism.identification
+    return None if said is None else cast("Coordinates | None", said.of)
 
 
 def check_coordinates(mechanism: Mechanism, of: str | None) -> None:

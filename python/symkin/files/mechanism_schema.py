@@ -273,6 +273,7 @@ IDENTIFICATION = table(
         "clock_offset": boolean(),
         "bow": quantity("m", "positive"),
         "sessions": list_of(choice(*OPTIONS["sessions"].words)),
+        "of": choice(*OPTIONS["of"].words),
     }
 )
 _DEVICE = table(

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
 import json
 import os
@@ -17,7 +18,7 @@ from symkin.analysis.observed import Observable, Observed
 from symkin.analysis.promises import CONFIDENCE, thinned
 from symkin.analysis.workspace import WorkspaceSample, sample_workspace
 from symkin.errors import SymkinError
-from symkin.estimate.survey import Survey, Unknowns, check_coordinates
+from symkin.estimate.survey import Survey, Unknowns, check_coordinates, coordinates_of
 from symkin.estimate.unknowns import noise_of_file, with_file_settings
 from symkin.files.mechanism_writer import save_mechanism
 from symkin.guided.choosing import Chooser, Target
@@ -108,6 +109,7 @@ def measure(
     """
     mechanism = as_mechanism(mechanism)
     check_wanted(mechanism, accuracy, orientation)
+    of = of or (coordinates_of(mechanism) if accuracy is not None else None)
     check_coordinates(mechanism, of)
     if of is not None and accuracy is None:
         raise SymkinError(f'no accuracy of the position is wanted; expected one of "{of}"')
@@ -126,7 +128,7 @@ def measure(
     wanted["prior"] = wanted.get("prior") or "tolerances"
     noise = noise or noise_of_file(mechanism.identification)  # as the session has it from here on
     settings = dict(vars(mechanism.identification or IdentificationSettings())) | wanted
-    settings["noise"] = None
+    settings["noise"], settings["of"] = None, of
     robot = mechanism.replace(identification=IdentificationSettings(**settings))
     check_regions(mechanism, avoid)
     task = design_tasks(mechanism, "mechanism", use_symmetry=False)[0]
@@ -173,7 +175,9 @@ def _settle(
 ) -> None:
     """Write down what the session is of, or refuse a folder that has another."""
     drawing = folder / f".{ROBOT}"
-    save_mechanism(robot, drawing, overwrite=True)
+    settings = dataclasses.replace(robot.identification or IdentificationSettings(), of=None)
+    plain = robot.replace(identification=settings)  # what the accuracy is of is told by itself
+    save_mechanism(plain, drawing, overwrite=True)
     told: dict[str, Any] = {
         "robot": robot.name,
         "drawing or unknowns": hashlib.sha256(drawing.read_bytes()).hexdigest(),

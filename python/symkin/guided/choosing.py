@@ -25,7 +25,6 @@ from symkin.guided.regions import Regions
 from symkin.model.mechanism import Mechanism
 from symkin.options import Coordinates
 from symkin.planning.completion import Completing
-from symkin.planning.observing import where_observed
 from symkin.planning.visiting import visiting_order
 from symkin.values import Array, record
 
@@ -94,7 +93,7 @@ class Chooser:
         self.robot, self.candidates, self.target = robot, candidates, target
         self._observe, self._unknowns, self._seed = observe, unknowns, seed
         # The poses that the promise is for: some of them may not be measured.
-        self._over = thinned(judged_at(robot, observe, target.of), _AMONG)
+        self._over = thinned(expected_over(robot, target.of), _AMONG)
         poses = candidates.reshape(-1, candidates.shape[2])
         coordinates = workspace_coordinates(robot, poses)
         spread = coordinates.std(axis=0)
@@ -224,7 +223,7 @@ class Chooser:
         probed = self._observe is not None and "height" in self._observe.kinds
         for each in _SINGLE:
             if each in self.robot.space.position or (probed and each == "height"):
-                poses = thinned(judged_at(self.robot, self._observe, each), _AMONG)
+                poses = thinned(expected_over(self.robot, each), _AMONG)
                 form, *_ = survey.error_forms(poses, each)
                 floor = bound_of(form, self._known_at_best, self.target.confidence)
                 if floor < wanted:
@@ -402,12 +401,6 @@ def _prior_information(survey: Survey) -> Array:
     known = np.where(np.isfinite(survey.priors), survey.priors, _WIDE * scale)
     relations = survey.layout.relations * scale
     return np.diag((scale / known) ** 2) + relations.T @ relations
-
-
-def judged_at(robot: Mechanism, observe: Observed | None, of: Coordinates | None) -> Array:
-    """The poses that an accuracy is for: the workspace's; of heights, where they are probed."""
-    poses = expected_over(robot)
-    return where_observed(robot, observe, poses) if of == "height" else poses
 
 
 def not_known() -> dict[str, float]:

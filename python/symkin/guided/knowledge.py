@@ -37,7 +37,7 @@ from symkin.guided.tries_table import KEPT, SLIPPED, TriesTable
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import Tolerances
 from symkin.options import Coordinates
-from symkin.values import Array, record
+from symkin.values import record
 
 LEAST_DEGREES = 20  # of freedom, before anything may stop by a noise that was estimated
 TAKEN_AS = "taken as "  # begins the remark of a row that was put right
@@ -80,7 +80,7 @@ class Known:
 class Knowledge:
     """Estimates and verdicts by the number of lines that they are of.
 
-    The accuracy is `of` these coordinates, `judged_at` these poses, by default in the workspace.
+    The accuracy is `of` these coordinates of the position, by default of all.
     """
 
     def __init__(
@@ -91,10 +91,9 @@ class Knowledge:
         noise: Literal["estimate"] | None,
         least: int,
         of: Coordinates | None,
-        judged_at: Array | None,
     ) -> None:
         self._robot, self._table, self._least = robot, table, least
-        self._of, self._judged_at = of, judged_at
+        self._of = of
         self._confidence, self._noise = confidence, noise
         self._known: dict[int, Known] = {}
         self._verdicts: dict[int, Verdict] = {}
@@ -120,7 +119,7 @@ class Knowledge:
         if known.estimate is None:
             return not_known(), known.failure
         try:
-            poses = self._judged_over(known.estimate)
+            poses = expected_over(known.estimate.mechanism, self._of)
             found = known.estimate.expected_accuracy(poses, confidence, of=self._of)
         except SymkinError as error:  # as of a row that no robot can have
             return not_known(), str(error)
@@ -159,14 +158,12 @@ class Knowledge:
             return None
         try:
             survey, _ = promising(found, found.mechanism)
-            position, orientation, *_ = survey.error_forms(self._judged_over(found), self._of)
+            position, orientation, *_ = survey.error_forms(
+                expected_over(found.mechanism, self._of), self._of
+            )
         except SymkinError:
             return None
         return hidden_slip(found, (position, orientation))
-
-    def _judged_over(self, found: Estimate[Any]) -> Array:
-        """The poses that the accuracy is of."""
-        return expected_over(found.mechanism) if self._judged_at is None else self._judged_at
 
     def _by(
         self,

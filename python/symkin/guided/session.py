@@ -21,7 +21,7 @@ from symkin.estimate.parameters import Unknown
 from symkin.estimate.survey import Survey
 from symkin.files.mechanism_writer import save_mechanism
 from symkin.guided.checks import HiddenSlip, Verdict
-from symkin.guided.choosing import Chooser, judged_at
+from symkin.guided.choosing import Chooser
 from symkin.guided.held import Held
 from symkin.guided.knowledge import LEAST_DEGREES, TAKEN_AS, Knowledge, Known
 from symkin.guided.rows import RowFormat
@@ -179,8 +179,7 @@ class Session:
         self._table = TriesTable(path, (*names, "device", "remark"))
         self._repeating: tuple[int, ...] = ()
         confidence, of = chooser.target.confidence, chooser.target.of
-        poses = judged_at(robot, observed.observed, of) if of == "height" else None
-        self._knowledge = Knowledge(robot, self._table, confidence, noise, least, of, poses)
+        self._knowledge = Knowledge(robot, self._table, confidence, noise, least, of)
         self._told: dict[int, Progress] = {}
         self._floor: tuple[dict[str, float], tuple[str, ...]] | None = None
         self._seen = self._edition = 0

@@ -372,6 +372,8 @@ class IdentificationSettings(_Settings):
         ``"estimate"``.
     sessions : tuple of str or None
         Of ``"offsets"``, ``"frames"`` and ``"noise"``.
+    of : str or None
+        Coordinates that errors of the position are of, such as ``"z"``, or ``"height"``.
     """
 
     free: tuple[str, ...] | None = None
@@ -392,6 +394,7 @@ class IdentificationSettings(_Settings):
     bow: float | None = None
     noise: str | None = None
     sessions: tuple[str, ...] | None = None
+    of: str | None = None
 
     @property
     def unusual(self) -> tuple[str, ...]:

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from typing import Protocol, Unpack
+from typing import Any, Protocol, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,7 +17,7 @@ from symkin.errors import SymkinError, one_of
 from symkin.estimate.assumed import with_assumed
 from symkin.estimate.fit import identified_by_leg
 from symkin.estimate.options import EstimateOptions, Estimator, PoseUse
-from symkin.estimate.survey import Survey, Unknowns
+from symkin.estimate.survey import Survey, Unknowns, coordinates_of
 from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.model.mechanism import Mechanism
 from symkin.options import checks
@@ -107,7 +107,8 @@ def predict_accuracy(
         survey = survey.in_order(plan.poses[~plan.spare])
         survey = survey_assuming(survey, plan, poses=poses, measured=measured)
         known = _surveyed(mechanism, survey, plan, poses, measured)
-        return survey.expected(workspace, known, confidence=confidence, anywhere=anywhere)
+        asked: dict[str, Any] = {"confidence": confidence, "anywhere": anywhere}
+        return survey.expected(workspace, known, of=coordinates_of(mechanism), **asked)
     known = _leg_by_leg(mechanism, plan, EstimateOptions(estimator or "implicit", poses), measured)
     if not np.isfinite(known).all():
         raise SymkinError("the plan's poses do not show all parameters")

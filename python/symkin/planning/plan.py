@@ -22,7 +22,7 @@ from symkin.data.measurements import ALL_LEGS, Measurements
 from symkin.data.sensor_tables import shown_readings
 from symkin.errors import MeasurementError, SymkinError
 from symkin.estimate.options import Estimator
-from symkin.estimate.survey import HeldByPriors, PlannedUnknown, Survey
+from symkin.estimate.survey import HeldByPriors, PlannedUnknown, Survey, coordinates_of
 from symkin.model.file_frames import as_drawn
 from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.model.mechanism import Mechanism
@@ -168,7 +168,8 @@ class Plan(Result):
         if self._survey is None or self.expected is None or self.candidates is None:
             return None
         cloud = thinned(pose_rows(self.candidates))
-        found = self._survey.held(cloud, self._survey.covariance(self._survey_rows))
+        known = self._survey.covariance(self._survey_rows)
+        found = self._survey.held(cloud, known, of=coordinates_of(self.mechanism))
         return found if found.combinations else None
 
     @cached_property

@@ -8,7 +8,7 @@ import math
 from symkin.acceptance import ABOUT, Acceptance, Comparison, Judged
 from symkin.present import Group, Headline, Page, Section, Table, Verdict, page_of
 from symkin.show.units import on_paper
-from symkin.show.wording import NONE, milli, percent, plural, quantity, significant
+from symkin.show.wording import NONE, milli, percent, place, plural, quantity, significant
 
 _VERDICTS: dict[str, Verdict] = {"pass": "good", "fail": "bad", "undecided": "doubtful"}
 _STANDARD_VISITS = 30
@@ -46,13 +46,14 @@ def acceptance_page(found: Acceptance) -> Page:
 
 def _headlines(found: Acceptance, judged: Judged) -> list[Headline]:
     unit, limits = judged.unit, judged.limits
-    name = judged.kind.capitalize()
+    kind = _kind(found, judged)
+    name = kind[0].upper() + kind[1:]
     before = f"; {milli(judged.before, unit)} by the drawing" if judged.before > 0 else ""
     band = f"{milli(limits.lower, unit)} to {milli(limits.upper, unit)}"
     lines = [
-        (f"Tolerance of the {judged.kind}", milli(limits.tolerance, unit), _of(found)),
+        (f"Tolerance of the {kind}", milli(limits.tolerance, unit), _of(found)),
         (f"{name} error, rms", milli(limits.corrected, unit), f"{band}, 95 % each{before}"),
-        (f"Largest {judged.kind} AP", milli(judged.largest.value, unit), _largest(found, judged)),
+        (f"Largest {kind} AP", milli(judged.largest.value, unit), _largest(found, judged)),
     ]
     repeated = [each for each in found.poses if each.accuracy.visits > 1]
     if repeated and judged.kind == "position":
@@ -60,6 +61,13 @@ def _headlines(found: Acceptance, judged: Judged) -> list[Headline]:
         remark = f"largest of {plural(len(repeated), 'pose')}"
         lines.append(("Pose repeatability RP", milli(largest, unit), remark))
     return lines
+
+
+def _kind(found: Acceptance, judged: Judged) -> str:
+    """What the error is of, the coordinates alone if they are."""
+    if judged.kind != "position" or found.of is None:
+        return judged.kind
+    return place(found.of) if found.of == "height" else f"{found.of} position"
 
 
 def _largest(found: Acceptance, judged: Judged) -> str:
@@ -78,7 +86,9 @@ def _of(found: Acceptance) -> str:
 def _sentence(found: Acceptance, judged: Judged) -> str:
     """The verdict in words."""
     limits, unit = judged.limits, judged.unit
-    what = f"the {judged.kind} error ({'rms' if found.judge == 'rms' else 'at every pose'})"
+    kind = _kind(found, judged)
+    error = f"{kind} error" if kind == judged.kind else f"error of the {kind}"
+    what = f"the {error} ({'rms' if found.judge == 'rms' else 'at every pose'})"
     wanted = milli(limits.tolerance, unit)
     words = {
         "pass": f"Pass: {what} is within {wanted}",
@@ -93,7 +103,8 @@ def _terms(found: Acceptance) -> str:
     counted = f"{min(visits)} to {max(visits)}" if len(visits) > 1 else str(min(visits))
     standard = "" if visits == {_STANDARD_VISITS} else f" (the standard has {_STANDARD_VISITS})"
     uncertainties = " and ".join(
-        f"{milli(each.limits.uncertainty, each.unit)} ({each.kind})" for each in found.judged
+        f"{milli(each.limits.uncertainty, each.unit)} ({_kind(found, each)})"
+        for each in found.judged
     )
     return (
         f"In the terms of ISO 9283, with {counted} {'visit' if visits == {1} else 'visits'} of a "

@@ -63,6 +63,7 @@ from symkin.show.wording import (
     left_by_priors,
     milli,
     percent,
+    place,
     plural,
     pose_coordinates,
     promise,
@@ -288,10 +289,15 @@ def _errors(found: Estimate) -> list[ErrorLine]:
     no end-effector error was measured, as of positions without orientation.
     """
     before, after = found.before, found.after
-    if found.heights is not None:
-        return []
     kinds = found.nominal.space.errors
     lines = {kind: _expected_line(found, kind, unit) for kind, unit in kinds}
+    alone = []
+    if found.options.of is not None:  # whereas what is measured is told of the whole position
+        whole = lines["position"]
+        alone = [dataclasses.replace(whole, kind=place(found.options.of))]
+        lines["position"] = ErrorLine("position", whole.unit)
+    if found.heights is not None:
+        return [each for each in alone if each.expected is not None]
     if before is not None and after is not None:
         old, new = as_told(found, before, after)
         for kind, _ in after.kinds:
@@ -304,7 +310,8 @@ def _errors(found: Estimate) -> list[ErrorLine]:
                     before=math.sqrt(max(measured[0] ** 2 - instrument**2, 0.0)),
                     instrument=instrument,
                 )
-    return [each for each in lines.values() if each.measured or each.expected is not None]
+    told = [*alone, *lines.values()]
+    return [each for each in told if each.measured or each.expected is not None]
 
 
 def _expected_line(found: Estimate, kind: str, unit: str) -> ErrorLine:
@@ -642,8 +649,9 @@ def _expected_table(found: Estimate) -> list[Table]:
         return []
     space = found.nominal.space
     share = percent(expected.confidence)
+    own = {"position": place(expected.of), "orientation": "orientation"}
     rows = [
-        (f"{kind}{words}", milli(getattr(expected, f"{kind}{name}"), unit))
+        (f"{own[kind]}{words}", milli(getattr(expected, f"{kind}{name}"), unit))
         for words, name in (
             (", root mean square, mean of such robots", ""),
             (f", root mean square, {share} of them within", "_bound"),
@@ -655,7 +663,9 @@ def _expected_table(found: Estimate) -> list[Table]:
         at = workspace_coordinates(found.nominal, expected.where)[0].tolist()
         named = zip(pose_coordinates(space), at, strict=True)
         where = ", ".join(f"{name} = {milli(value, unit)}" for (name, unit), value in named)
-        rows.append(("position where it is worst", f"{milli(expected.worst, 'm')} at ({where})"))
+        rows.append(
+            (f"{own['position']} where it is worst", f"{milli(expected.worst, 'm')} at ({where})")
+        )
     caption = f"Errors to expect over the workspace ({plural(expected.poses, 'pose')}), first order"
     if expected.up_to_frames:
         caption += ", of base and platform frames that are aligned"
@@ -678,7 +688,8 @@ def _budget_table(found: Estimate) -> list[Table]:
         of_noise = line.source == "observations"
         name = "observations: noise and priors" if of_noise else line.source
         rows.append((name, NONE if of_noise else declared, *errors, share))
-    kinds = [kind.capitalize() for kind, _ in found.nominal.space.errors]
+    named = {"position": place(expected.of)}
+    kinds = [named.get(kind, kind).capitalize() for kind, _ in found.nominal.space.errors]
     columns = ("Source", "Declared", *kinds, "Share")
     caption = "What the errors to expect rest on: by itself, root mean square over the workspace"
     return [Table(caption, columns, [Group(rows)], brief=True)]

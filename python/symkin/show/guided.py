@@ -18,10 +18,9 @@ from symkin.model.file_frames import as_drawn
 from symkin.options import OPTIONS
 from symkin.shell import typed_word
 from symkin.show.units import on_paper
-from symkin.show.wording import milli, percent, plural, significant
+from symkin.show.wording import milli, percent, place, plural, significant
 from symkin.values import Array
 
-_COORDINATES = {"height": "height above the bed"}
 _BAR = 26
 GOES_ON = "Every row is saved; the same command goes on."
 WIDTH = 79  # of a terminal; pages break lines themselves
@@ -229,8 +228,7 @@ def end_text(session: Session, progress: Progress, width: int = WIDTH) -> str:
         )
         lines = _wanted(session, progress, "floor")
         told = [
-            f"{_COORDINATES.get(of, of)}, {milli(floor, 'm')} (--of {of})"
-            for of, floor in progress.shown.items()
+            f"{place(of)}, {milli(floor, 'm')} (--of {of})" for of, floor in progress.shown.items()
         ]
         if told:
             lines += _filled(f"Asked for alone these would do: {'; '.join(told)}.", 2, width)
@@ -274,13 +272,6 @@ def end_text(session: Session, progress: Progress, width: int = WIDTH) -> str:
             more += f" --confidence {progress.confidence:g}"
         text += [GOES_ON] * (not (progress.reached or progress.never))
         text += ["", f"symkin identify {files}{more} --out calibrated"]
-        if session.target.of is not None:
-            text += _filled(
-                f"What identify expects of errors is of the whole position, not of the "
-                f"{_named(session, 'position')} alone.",
-                0,
-                width,
-            )
     return "\n".join(text)
 
 
@@ -308,8 +299,7 @@ def _hidden(session: Session, progress: Progress) -> list[str]:
 
 def _named(session: Session, kind: str) -> str:
     """What the accuracy is of: the position, or its coordinates that are wanted."""
-    of = session.target.of
-    return kind if of is None or kind != "position" else _COORDINATES.get(of, of)
+    return place(session.target.of) if kind == "position" else kind
 
 
 def _wanted(session: Session, progress: Progress, of: str) -> list[str]:

@@ -136,6 +136,11 @@ def percent(share: float) -> str:
 TURN_LEFT_OUT = "orientation is up to a turn of the platform's frame, which no observation shows"
 
 
+def place(of: str | None, *, whole: str = "position") -> str:
+    """What an error of the position is of: the position, or those of its coordinates that count."""
+    return {None: whole, "height": "height above the bed"}.get(of, str(of))
+
+
 def promise(space: PoseSpace, accuracy: Expected | ExpectedAccuracy) -> str:
     """What robots keep, in a sentence: most of them, on average, and anywhere."""
 
@@ -147,7 +152,8 @@ def promise(space: PoseSpace, accuracy: Expected | ExpectedAccuracy) -> str:
     share = percent(accuracy.confidence)
     words = (
         f"{share} of such robots are within {figures('_bound')}, on average {figures('')} (root "
-        "mean square over the workspace)"
+        f"mean square over the {'bed' if accuracy.of == 'height' else 'workspace'}"
+        f"{'' if accuracy.of is None else f', {place(accuracy.of)} alone'})"
     )
     if accuracy.position_anywhere is not None:
         words += f"; anywhere in the workspace {share} are within {figures('_anywhere')}"

@@ -45,10 +45,11 @@ def test_heights_alone_reach_an_accuracy_of_the_height_above_the_bed(delta, done
     told = found.expected_accuracy(bed, of="height")
     assert told.position_bound == pytest.approx(done.progress.position_bound, rel=0.1)
     assert (told.of, found.expected_accuracy(bed).of) == ("height", None)
-    assert "not of the height above the bed alone" in " ".join(
-        end_text(done, done.progress).split()
-    )
     assert found.expected_accuracy(bed).position_bound > 10 * ACCURACY  # x and y are not shown
+    # Which the session's drawing says, so that identify promises what the session did.
+    assert (found.options.of, found.expected.of) == ("height", "height")
+    assert found.expected.position_bound == done.progress.position_bound
+    assert "Height above the bed, mm" in found.text(whole=True)
 
 
 def test_a_session_goes_on_with_the_same_coordinates_alone(delta, done):
