@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from symkin import _core
 from symkin.analysis.conventions import (
@@ -382,6 +382,7 @@ def poses_of_mechanism(
     columns: MeasurementColumns | None = None,
     *,
     ignore: Sequence[str] = (),
+    robot: str | None = None,
 ) -> SeenPoses:
     """Return the measured poses of a table, and the robot's own, reported or calculated.
 
@@ -392,13 +393,13 @@ def poses_of_mechanism(
     MeasurementError
         Without readings or reported poses, and for points that make no target.
     """
-    taken = read_measurements(source, mechanism, columns, ignore=ignore)
+    taken = read_measurements(source, mechanism, columns, ignore=ignore, robot=robot)
     measured, points = taken.poses, None
     if Seen.of(taken).tracked and not np.isfinite(measured).all(axis=1).any():
         measured, points = _of_points(mechanism, taken)
     else:
-        triples = _triples_of(mechanism, source, columns)
-        if triples is not None and len(triples) == len(measured):
+        triples = _triples_of(mechanism, source, columns, taken.row_numbers)
+        if triples is not None:
             measured = np.hstack([measured[:, : mechanism.space.size], triples])
     if taken.reported is not None:
         return SeenPoses(measured, as_drawn(mechanism, taken.reported), points)
@@ -420,9 +421,12 @@ def poses_of_mechanism(
 
 
 def _triples_of(
-    mechanism: Mechanism, source: TableSource, columns: MeasurementColumns | None
+    mechanism: Mechanism,
+    source: TableSource,
+    columns: MeasurementColumns | None,
+    taken: NDArray[np.intp],
 ) -> Array | None:
-    """The orientations of a table that are three numbers, of which nobody says which, rad.
+    """The orientations of rows of a table, three numbers of which nobody says which, rad.
 
     As they stand there: a rotation vector of more than half a turn is another one, too.
     """
@@ -434,7 +438,8 @@ def _triples_of(
     own = own or own_pose_columns(table, mechanism.pose_space, partial=True)
     if not own.rotation_vector:
         return None
-    return read_pose_values(table, own, mechanism.pose_space).angles
+    angles = read_pose_values(table, own, mechanism.pose_space).angles
+    return np.asarray(angles[np.isin(table.row_numbers, taken)])
 
 
 def _of_points(mechanism: Mechanism, taken: Measurements) -> tuple[Array, Array]:

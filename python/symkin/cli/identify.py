@@ -341,7 +341,14 @@ def align(
             "angles.",
         ),
     ] = None,
-    robot: Annotated[str | None, option("COLUMNS", "Likewise, of the robot's own poses.")] = None,
+    robot: Annotated[
+        str | None,
+        option(
+            "COLUMNS",
+            "Likewise, of the robot's own poses; with a mechanism the name of the robot whose rows "
+            "are read, of a table of many.",
+        ),
+    ] = None,
     angles: Annotated[
         str | None,
         option(
@@ -370,8 +377,8 @@ def align(
     """
     if mechanism is None and not (device and robot):
         raise typer.BadParameter("expected --mechanism, or --device and --robot")
-    if mechanism is not None and (device or robot or angles):
-        raise typer.BadParameter("--device, --robot and --angles go without --mechanism")
+    if mechanism is not None and (device or angles):
+        raise typer.BadParameter("--device and --angles go without --mechanism")
     if mechanism is None and columns is not None:
         raise typer.BadParameter("--columns goes with --mechanism alone")
     refuse_unless(mechanism is not None or ignore is None, "--ignore goes with --mechanism alone")
@@ -391,7 +398,7 @@ def align(
         stage("reading the poses")
         if model is not None:
             measured, own, points = poses_of_mechanism(
-                model, table, columns_of(columns), ignore=ignore or ()
+                model, table, columns_of(columns), ignore=ignore or (), robot=robot
             )
             space = model.pose_space
         else:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import re
+import tomllib
 from collections.abc import Iterator, Sequence
 
 from symkin.model.mechanism import Mechanism
@@ -21,6 +22,7 @@ _ATTITUDE = ("roll", "pitch", "yaw")
 _COUNTS = {*COUNTS, *(f"{name}s" for name in COUNTS), "ticks"}  # of a size that no name says
 _BESIDE = {"no", "nr", "id", "row", "index", "number", "sample", "pose", "point", "time", "date"}
 _ROBOTS = {"robot", "machine", "serial", "serialno", "serialnumber", "sn"}
+_LEG = "leg"
 _COORDINATE = re.compile(r"([pqt])([xyzw])")  # as in qx and tx
 
 
@@ -103,6 +105,18 @@ def mapping_for(table: Table, mechanism: Mechanism) -> str:
     if further:
         parts.append(further)
     return _line([*parts, *_of_robots(robots)])
+
+
+def mapping_of_all(table: Table, mechanism: Mechanism) -> str:
+    """The same line with the column of legs' sets, if with it nothing of the table is left out."""
+    mapping = mapping_for(table, mechanism)
+    if not mapping or UNIT in mapping:
+        return ""
+    if _LEG in table.names:
+        mapping = mapping.replace(" }", f', leg = "{_LEG}" }}')
+    said = tomllib.loads(mapping)["measurements"].values()
+    named = {name for each in said for name in ([each] if isinstance(each, str) else each)}
+    return mapping if named.issuperset(table.names) else ""
 
 
 def _line(parts: Sequence[str]) -> str:

@@ -84,6 +84,7 @@ class MeasuredRows(Result):
     sensor_table: SensorTable | None = field(private=True, default=None)
     unread: tuple[str, ...] = field(compare=False, default=())
     robot: str = field(compare=False, default="")
+    ignored: tuple[str, ...] = field(compare=False, default=())
 
     def __post_init__(self) -> None:
         """Check that all arrays have a row for each pose, and that quaternions are rotations."""
@@ -534,7 +535,8 @@ class MeasuredRows(Result):
         if self.source is None:
             return ""
         robot = f" --robot {typed_word(self.robot)}" if self.robot else ""
-        return f"{typed_word(self.source)}{robot}"
+        ignored = "".join(f" --ignore {typed_word(name)}" for name in self.ignored)
+        return f"{typed_word(self.source)}{robot}{ignored}"
 
     @property
     def notes(self) -> tuple[str, ...]:

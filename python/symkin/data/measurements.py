@@ -121,6 +121,8 @@ class Measurements(MeasuredRows):
         Columns of the table that nothing was read from.
     robot : str
         Whose rows they are, of a table of many robots; else empty.
+    ignored : tuple of str
+        Columns of the table that were left out on purpose.
     """
 
     def columns(self, mechanism: Mechanism | None = None) -> Mapping[str, Any]:

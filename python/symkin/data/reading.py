@@ -298,7 +298,7 @@ def measurements_of_table(
     leg_sets = _leg_sets(table, columns, legs)
     unread = unread_columns(table, ignore)
     if robots is None:
-        refuse_unread_robots(table, unread)
+        refuse_unread_robots(table, unread, mechanism)
     if own:
         refuse_what_is_missed(table, columns, unread, space, mechanism.reading_unit)
     measurements = Measurements(
@@ -311,6 +311,7 @@ def measurements_of_table(
         pose_space=mechanism.pose_space,
         sensor_table=mechanism.sensor_table,
         unread=unread,
+        ignored=tuple(ignore),
         **others,
     )
     _check_unread_rows(table, measurements.readings[:, mechanism.is_read])

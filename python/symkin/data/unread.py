@@ -9,7 +9,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from symkin.data.columns import has_observed_columns, is_present
-from symkin.data.foreign import names_robots
+from symkin.data.foreign import mapping_of_all, names_robots
+from symkin.model.mechanism import Mechanism
 from symkin.model.poses import POSE_SPACES
 from symkin.model.settings import MeasurementColumns
 from symkin.shell import typed_word
@@ -73,24 +74,33 @@ def refuse_several_robots(table: Table, column: str) -> None:
         )
 
 
-def refuse_unread_robots(table: Table, unread: Sequence[str]) -> None:
+def refuse_unread_robots(table: Table, unread: Sequence[str], mechanism: Mechanism) -> None:
     """Refuse a table as one robot's of which a column that is not read seems to name several."""
     for name in filter(names_robots, unread):
         met = dict.fromkeys(filter(None, table.texts(name)))
         if len(met) > 1:
-            raise table.error(
-                f'column "{name}" is not read, and has {len(met)} different names: if these are '
-                f"robots, {_one(next(iter(met)))}, and symkin identify-batch all, in Python "
-                f'identify_many, if it is called "robot" (or in a mapping robot = "{name}"); if '
-                f"all rows are of one, leave it out ({_ignored(name)})"
+            mapping = mapping_of_all(table, mechanism)
+            called = f'if it is called "robot" (or in a mapping robot = "{name}")'
+            if mapping:
+                called = (
+                    'if it is called "robot", or this line is in a file (--columns FILE, in Python '
+                    f"columns=symkin.load_columns(FILE)): {mapping}"
+                )
+            error = table.error(
+                f'column "{name}" is not read, and has {len(met)} different names: if all rows are '
+                f"of one robot, leave it out ({_ignored(name)}); if these are robots, "
+                f"{_one(next(iter(met)))}, and symkin identify-batch all, in Python identify_many, "
+                f"{called}"
             )
+            error.mapping = mapping
+            raise error
 
 
 def _one(robot: str) -> str:
     """How a robot of a table of many is taken by itself."""
     return (
-        f"symkin identify takes one of them with --robot {typed_word(robot)}, in Python "
-        f'read_measurements with robot="{robot}"'
+        f"one of them is taken with --robot {typed_word(robot)}, in Python read_measurements with "
+        f'robot="{robot}"'
     )
 
 
