@@ -6,7 +6,7 @@ from __future__ import annotations
 import bisect
 import dataclasses
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, Literal
 
 from symkin import _core
@@ -454,8 +454,11 @@ class Knowledge:
             return verdict
         place = self._table.place(verdict.row)
         passing: list[tuple[str, dict[str, float]]] = []
-        for what, edited in edits_of(self._table.values(place), self._robot):
-            found = self._edited(known.robot, count, place, edited)
+        edits = self._edits(place)
+        for (what, edited), measured in zip(
+            edits, self._each_edited(count, place, edits), strict=True
+        ):
+            found = self._edited(known.robot, measured)
             if found is None:
                 continue
             conditions = int(found.conditions.sum())
@@ -464,14 +467,15 @@ class Knowledge:
         made = dataclasses.replace(verdict, doubtful=verdict.row, off=math.inf)
         return _named(made, passing)
 
-    def _edited(
-        self, robot: Mechanism, count: int, place: int, edited: dict[str, float]
-    ) -> Estimate[Any] | None:
+    def _edits(self, place: int) -> list[tuple[str, dict[str, float]]]:
+        """What may have gone wrong with a row, and its values then: of equal ones the first."""
+        named = [*edits_of(self._table.values(place), self._robot)]
+        return list({tuple(each[1].values()): each for each in reversed(named)}.values())[::-1]
+
+    def _edited(self, robot: Mechanism, measured: Measurements | None) -> Estimate[Any] | None:
         """What is known with other values in a row; None where there is no estimate."""
         try:
-            measured = self._table.measurements(robot, count, edited={place: edited})
-            assert measured is not None
-            return self._tried(robot, measured)
+            return None if measured is None else self._tried(robot, measured)
         except SymkinError:
             return None
 
@@ -481,8 +485,11 @@ class Knowledge:
             return verdict
         place = self._table.place(verdict.doubtful)
         passing: list[tuple[str, dict[str, float]]] = []
-        for what, edited in self._likely(count, place, before):
-            found = self._edited(before.robot, count, place, edited)
+        likely = [*self._likely(count, place, before)]
+        for (what, edited), measured in zip(
+            likely, self._each_edited(count, place, likely), strict=True
+        ):
+            found = self._edited(before.robot, measured)
             if found is None:
                 continue
             if _chance(found, before.estimate) > _FITS:
@@ -494,10 +501,13 @@ class Knowledge:
     ) -> Iterator[tuple[str, dict[str, float]]]:
         """The edits of a row that the robot, as known without it, explains best."""
         assert before.estimate is not None
-        named = edits_of(self._table.values(place), self._robot)
-        edits = list({tuple(each[1].values()): each for each in reversed([*named])}.values())[::-1]
+        edits = self._edits(place)
         scored: list[tuple[float, str, dict[str, float]]] = []
-        for (what, edited), alone in zip(edits, self._each_alone(count, place, edits), strict=True):
+        together = self._table.together(place)
+        others = [each for each in self._table.counting if each not in together]
+        for (what, edited), alone in zip(
+            edits, self._each_edited(count, place, edits, others), strict=True
+        ):
             if alone is None:
                 continue
             try:
@@ -508,23 +518,27 @@ class Knowledge:
         best = sorted(scored, key=lambda each: each[0])[:_TRIED]
         yield from ((what, edited) for _, what, edited in best)
 
-    def _each_alone(
-        self, count: int, place: int, edits: list[tuple[str, dict[str, float]]]
+    def _each_edited(
+        self,
+        count: int,
+        place: int,
+        edits: list[tuple[str, dict[str, float]]],
+        without: Sequence[int] = (),
     ) -> Iterator[Measurements | None]:
-        """The row with each of these values, and what was measured with it; None if it cannot be.
+        """The first lines with each of these values in a row, `without` some; None if it cannot be.
 
-        Read together where all can be, since reading takes longer than what it is for.
+        Of a row that is alone then all are read together where that can be, since reading takes
+        longer than what it is for.
         """
-        together = self._table.together(place)
-        if len(together) == 1:
+        left = [each for each in self._table.counting if each < count and each not in without]
+        if left == [place]:
             read = self._table.alone(self._robot, place, [edited for _, edited in edits])
             if len(read) == len(edits):
                 yield from read
                 return
-        others = [each for each in self._table.counting if each not in together]
         for _, edited in edits:
             try:
-                yield self._table.measurements(self._robot, count, others, edited={place: edited})
+                yield self._table.measurements(self._robot, count, without, edited={place: edited})
             except SymkinError:
                 yield None
 

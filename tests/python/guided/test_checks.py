@@ -306,3 +306,18 @@ def test_a_doubtful_row_is_read_once_for_all_edits_and_no_poses_are_planned(robo
     assert not planned
     session.keep(10)
     assert len(read) < 10  # what is said of rows does not change what they say
+
+
+def test_the_slips_of_hand_of_a_first_impossible_row_are_read_together(robot, monkeypatch):
+    session = robot.measure(4e-5, candidates=300, seed=1)
+    row = SimulatedDevice(robot, seed=2)(session.asked())
+    session.add({**row, "x_m": 25.4 * row["x_m"] + 40, "psi_2_rad": 1.7 * row["psi_2_rad"]})
+    read, count = tries_table.read_measurements, [0]
+
+    def counted(*given, **how):
+        count[0] += 1
+        return read(*given, **how)
+
+    monkeypatch.setattr(tries_table, "read_measurements", counted)
+    assert session.verdict.doubtful == 1
+    assert count[0] <= 2  # there are dozens
