@@ -414,14 +414,20 @@ def _check_distinct(columns: MeasurementColumns) -> None:
         raise MeasurementError(f'the column mapping names column "{repeated[0]}" twice')
 
 
+_COUNTED = {
+    "position_unit": 'pixels such as "0.1 mm/px',
+    "reading_unit": 'counts such as "0.1 deg/count',
+}
+
+
 def _check_unit(key: str, unit: str | None, si_unit: str) -> None:
     if unit is None:
         return
-    if unit not in unit_names() and not (key == "reading_unit" and counts_steps(unit)):
+    counted = _COUNTED.get(key)
+    if unit not in unit_names() and not (counted and counts_steps(unit)):
         raise MeasurementError(
             f'{key} of the column mapping is "{unit}"{did_you_mean(unit, unit_names())}; expected '
-            "the name of a unit"
-            + (', or a size of counts such as "0.1 deg/count"' if key == "reading_unit" else "")
+            "the name of a unit" + (f', or a size of {counted}"' if counted else "")
         )
     try:
         unit_factor(unit, si_unit)

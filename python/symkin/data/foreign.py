@@ -19,7 +19,8 @@ UNIT = "?"  # of names without one
 _UNIT_KEYS = {"position": "position_unit", "readings": "reading_unit", "angle": "orientation_unit"}
 _ANGLES = {"phi", "theta", "yaw", "angle", "rotation", "orientation", "rz"}
 _ATTITUDE = ("roll", "pitch", "yaw")
-_COUNTS = {*COUNTS, *(f"{name}s" for name in COUNTS), "ticks"}  # of a size that no name says
+_COUNTS = {*COUNTS, "steps", "counts", "ticks", "pixel", "pixels"}  # of a size that no name says
+_IN_IMAGES = {"u": "x", "v": "y"}
 _BESIDE = {"no", "nr", "id", "row", "index", "number", "sample", "pose", "point", "time", "date"}
 _ROBOTS = {"robot", "machine", "serial", "serialno", "serialnumber", "sn"}
 _LEG = "leg"
@@ -50,7 +51,9 @@ class ColumnName:
         words = tuple(_WORDS.findall(stem.lower()))
         if words and (parts := _COORDINATE.fullmatch(words[-1])):
             words = (*words[:-1], *parts.groups())
-        return cls(name, words[:-1], words[-1], unit) if words else None
+        if not words:
+            return None
+        return cls(name, words[:-1], _IN_IMAGES.get(words[-1], words[-1]), unit)
 
 
 def names_robots(column: str) -> bool:

@@ -365,7 +365,7 @@ def _columns_for(table: Table, mechanism: Mechanism) -> MeasurementColumns:
             *([] if own_names else pose_column_names(space)[:1]),
             *([] if has_readings else reading_column_names(1, mechanism.reading_unit)),
         ]
-        size = ' (of counts, the size of one: "360 deg/4096/count")'
+        size = ' (of counts or pixels, the size of one: "360 deg/4096/count", "0.1 mm/px")'
         units = f", with a unit for each {UNIT}{size}," if UNIT in mapping else ""
         error = table.error(
             f"has no columns of symkin's names, such as {' and '.join(wanted)}; if this "

@@ -434,7 +434,8 @@ class MeasurementColumns(_Settings):
     readings : tuple of str
         Column of each leg's reading, in the order of the legs.
     position_unit, orientation_unit, reading_unit : str or None
-        Units, such as "mm", "deg" and "rev".
+        Units, such as "mm", "deg" and "rev"; positions in pixels and readings in counts have the
+        size of one: "0.1 mm/px", "360 deg/4096/count".
     leg : str or None
         Column of the leg (1, 2, ...) whose set the pose belongs to.
     robot : str

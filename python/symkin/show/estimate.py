@@ -211,8 +211,11 @@ def _next_command(found: Estimate) -> str:
         typed = found.measurements.typed
         if corrected is None or (found.corrected is None and not typed):
             return ""
-        robot = f"{{folder}}/{REDRAWN}" if found.redrawn is not None else typed_name(found.nominal)
-        table = f"{{folder}}/{CORRECTED}" if found.corrected is not None else typed
+        drawing, table = found.nominal, typed
+        if found.corrected is not None:  # whose columns have symkin's names
+            drawing = drawing.replace(measurement_columns=None)
+            table = f"{{folder}}/{CORRECTED}"
+        robot = f"{{folder}}/{REDRAWN}" if found.redrawn is not None else typed_name(drawing)
         return f"symkin identify {robot} {table}{corrected} --out corrected"
     if not found.trustworthy or found.heights is not None:
         return ""

@@ -38,7 +38,7 @@ _ANGLES = {
     "rev": 2 * math.pi,
     "turn": 2 * math.pi,
 }
-COUNTS = ("step", "count")
+COUNTS = ("step", "count", "px")
 _EXPECTED = {
     "m": 'a length such as "120 mm"',
     "rad": 'an angle such as "30 deg"',

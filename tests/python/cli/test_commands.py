@@ -796,3 +796,27 @@ def test_the_last_line_is_the_command_that_settles_what_is_wrong(
     assert (right.code, "nothing speaks against" in right.out) == (0, True)
     calibrated = tmp_path / "corrected" / "calibrated.toml"
     assert symkin("evaluate", calibrated, "--measurements", table).code == 0
+
+
+def test_pixels_of_a_camera_whose_image_is_left_handed_are_identified_as_the_screens_say(
+    symkin: Callable, tmp_path: Path
+) -> None:
+    robot = library.load_mechanism("5bar")
+    taken = library.simulate(robot, library.plan(robot, 18)).measurements
+    x, y = taken.poses.T / 1e-4
+    values = {"u_px": x + 900, "v_px": 4000 - y}
+    values |= {f"servo{leg + 1}_rad": taken.readings[:, leg] for leg in range(2)}
+    rows = np.column_stack(list(values.values())).tolist()
+    table, columns = tmp_path / "camera.csv", tmp_path / "columns.toml"
+    table.write_text("\n".join([",".join(values), *(",".join(map(str, row)) for row in rows)]))
+    refused = symkin("identify", "5bar", table, "--no-report").err
+    assert 'of counts or pixels, the size of one: "360 deg/4096/count", "0.1 mm/px"' in refused
+    line = refused.partition("(FILE)): ")[2]
+    assert line.count('"?"') == 1
+    columns.write_text(line.replace('"?"', '"0.1 mm/px"'))
+    asked = ("--columns", columns, "--frames", "base", "--prior", "tolerances", "--no-report")
+    wrong = symkin("identify", "5bar", table, *asked, "--out", tmp_path / "wrong")
+    assert "left-handed" in wrong.out
+    (command,) = re.findall(r"Next: if that is what happened.*\n.*\n  symkin (.*)", wrong.out)
+    right = symkin(*command.split()[:-1], tmp_path / "corrected", "--no-report")
+    assert (right.code, "nothing speaks against" in right.out) == (0, True)
