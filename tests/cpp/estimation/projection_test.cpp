@@ -98,6 +98,67 @@ struct Small {
   Vector residual;       // R r
 };
 
+struct Measured {
+  Mechanism actual;
+  MeasurementSet taken;
+  MeasurementNoise noise{1e-4, 1e-4, 5e-5};
+
+  static Measured some() {
+    const Mechanism nominal = testing::paper_3rrr();
+    const RowMatrix poses = sample_workspace(nominal, testing::paper_workspace(), 40, 11).poses;
+    Measured measured{disturb(nominal, Tolerances{1e-3, 1e-3, 1e-3}, 2), {}};
+    measured.taken =
+        simulate(measured.actual, nominal, {{-1, poses, 20}}, measured.noise, 2).measurements;
+    for (Index i = 0; i < 20; i += 7) {
+      measured.taken.readings(i, i % 3) = std::nan("");
+    }
+    return measured;
+  }
+  WhitenedClosures whitened(LinearisedAt where) const {
+    return whiten_closures(actual, taken, all_legs(3), noise, where);
+  }
+};
+
+TEST(WhitenedClosures, AreThoseOfTheLegsThatWereReadTimesTheUnitsOfTheirPose) {
+  const WhitenedClosures system = Measured::some().whitened(LinearisedAt::measured);
+  Index closures = 0;
+  for (const WhitenedPose& pose : system.poses) {
+    ASSERT_EQ(pose.first, closures);
+    closures += pose.count();
+    EXPECT_GT(pose.units.diagonal().minCoeff(), 0);
+    Vector h(pose.count());
+    RowMatrix by_parameters = RowMatrix::Zero(pose.count(), system.jacobian.cols());
+    for (Index i = 0; i < pose.count(); ++i) {
+      const auto leg = static_cast<std::size_t>(pose.legs[static_cast<std::size_t>(i)]);
+      const ClosureRows& rows = system.of_legs[leg];
+      h[i] = rows.closure[pose.row];
+      by_parameters.row(i).segment(system.columns[leg], rows.by_parameters.cols()) =
+          rows.by_parameters.row(pose.row);
+    }
+    EXPECT_LT((pose.units * h - system.residual.segment(pose.first, pose.count())).norm(), 1e-9);
+    EXPECT_LT(
+        (pose.units * by_parameters - system.jacobian.middleRows(pose.first, pose.count())).norm(),
+        1e-9 * system.jacobian.norm());
+  }
+  EXPECT_EQ(closures, 3 * 20 - 3);
+}
+
+TEST(WhitenedClosures, AtTheMostLikelyPosesCloseAndHaveTheResidualsOfWhatWasMeasured) {
+  const Measured measured = Measured::some();
+  const WhitenedClosures at_measured = measured.whitened(LinearisedAt::measured);
+  const WhitenedClosures likely = measured.whitened(LinearisedAt::likely);
+  for (std::size_t leg = 0; leg < 3; ++leg) {
+    EXPECT_LT(likely.of_legs[leg].closure.norm(), 1e-3 * at_measured.of_legs[leg].closure.norm());
+  }
+  EXPECT_LT((likely.residual - at_measured.residual).norm(), 1e-2 * at_measured.residual.norm());
+  for (Index i = 0; i < 20; ++i) {
+    for (Index leg = 0; leg < 3; ++leg) {
+      const double moved = std::abs(likely.at.readings(i, leg) - measured.taken.readings(i, leg));
+      EXPECT_TRUE(std::isnan(moved) || (moved > 0 && moved < 5 * measured.noise.reading));
+    }
+  }
+}
+
 TEST(Projection, ByLegsIsTheDenseOne) {
   const Small small;
   const Projection projection(small.system, small.left_out);
