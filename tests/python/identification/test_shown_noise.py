@@ -43,10 +43,18 @@ def test_positions_far_more_exact_than_declared_are_that_and_no_curved_sensors(n
     assert again.noise.position == pytest.approx(15e-6, rel=0.15)
 
 
-def test_a_curved_sensor_is_named_where_positions_are_more_exact_than_declared():
-    noise = NoiseSettings(15e-6, 0, 1e-5)
-    robot, taken = measured("3RRR", ("points",), noise, 1, curvature=1e-3)
-    found = symkin.identify(robot.replace(noise=NoiseSettings(15e-5, 0, 1e-5)), taken)
+@pytest.mark.parametrize(
+    ("name", "share", "curvature", "seed"),
+    [("3RRR", 0.1, 1e-3, 1), ("3RPS", 0.3, 5e-4, 1), ("3RPS", 0.3, 5e-4, 4)],
+)
+def test_a_curved_sensor_is_named_where_positions_are_more_exact_than_declared(
+    name, share, curvature, seed
+):
+    robot = symkin.load_mechanism(name)
+    declared = NoiseSettings(robot.noise.position, 0, robot.noise.reading or 1e-5)
+    noise = dataclasses.replace(declared, position=share * declared.position)
+    robot, taken = measured(name, ("points",), noise, seed, curvature)
+    found = symkin.identify(robot.replace(noise=declared), taken)
     assert "sensor-curved" in {each.code for each in found.doubts}
 
 

@@ -14,6 +14,7 @@ from symkin.estimate.evidence.residuals import ALARMS
 from symkin.estimate.found import Found, total_of
 from symkin.estimate.kept import once
 from symkin.estimate.noise import Share, estimated_noise, shares_by_axis
+from symkin.estimate.options import EstimateOptions
 from symkin.estimate.problem import Problem
 from symkin.model.settings import NoiseSettings
 from symkin.values import record
@@ -43,12 +44,11 @@ def noise_shown(found: Found) -> Shown | None:
     """As large as it is shown; None where it is not, as leg by leg."""
     if found.legs or not found.converged or found.options.loss != "none":
         return None
-    return _shown_from(found, found.noise)
+    return shown_by(found, dataclasses.replace(found.options, noise=found.noise))
 
 
-def _shown_from(found: Found, noise: NoiseSettings) -> Shown | None:
-    """Beginning with some noise, whose kinds are those that are told apart."""
-    options = dataclasses.replace(found.options, noise=noise)
+def shown_by(found: Found, options: EstimateOptions) -> Shown | None:
+    """Estimated with other options, from their noise, whose kinds are those that are told apart."""
     try:
         problem, fit, _ = Problem.of(found.nominal, found.measurements, options).resolved()
         problem, fit = estimated_noise(problem, fit)
@@ -92,7 +92,7 @@ def doubts_of_directions(found: Found, another: Another) -> Iterator[Doubt]:
     directed = dataclasses.replace(
         shown.noise, position=position, along=times * position, direction=axis
     )
-    settled = _shown_from(found, directed)
+    settled = shown_by(found, dataclasses.replace(found.options, noise=directed))
     if settled is None or not (settled.noise.position and settled.noise.along):
         return  # along or across it other noise hides the positions'
     declared = found.nominal.noise.deviations

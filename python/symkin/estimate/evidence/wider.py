@@ -15,7 +15,7 @@ from symkin.errors import SymkinError
 from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.evidence.frames import frame_doubt, with_frames
 from symkin.estimate.evidence.residuals import HARMFUL, Help
-from symkin.estimate.evidence.shown_noise import is_unusual, noise_shown
+from symkin.estimate.evidence.shown_noise import is_unusual, shown_by
 from symkin.estimate.fit import FALSE_ALARMS
 from symkin.estimate.found import Found, GoodnessOfFit, total_of
 from symkin.estimate.options import EstimateOptions
@@ -116,9 +116,10 @@ def _unless_of_noise(
     """An alarm by the noise that each kind shows too, where chi-square is none of the declared.
 
     What is redundant among many points says little of what a sensor does: F over all that is left
-    of both says too much where the noise of one is not as declared.
+    of both says too much where the noise of one is not as declared. It is as the wider model shows
+    it: in that of the narrow one is what this lacks.
     """
-    shown = noise_shown(found) if is_unusual(found) else None
+    shown = shown_by(found, alarm.options) if is_unusual(found) else None
     if shown is None:
         return alarm
     both = (dataclasses.replace(each, noise=shown.noise) for each in (narrow, alarm.options))
