@@ -181,12 +181,15 @@ def test_of_a_drawing_that_reaches_nothing_no_column_is_told_to_be_copied():
     "options", [{}, {"estimator": "joint"}, {"prior": "tolerances"}, {"frames": ["base"]}], ids=str
 )
 @pytest.mark.parametrize("rows", [slice(12, 16), slice(None)], ids=["some", "all"])
-def test_a_sensor_that_was_not_read_is_told_with_its_rows(taken, rows, options):
+@pytest.mark.parametrize("positions_alone", [False, True])
+def test_a_sensor_that_was_not_read_is_told_with_its_rows(taken, rows, options, positions_alone):
     robot, table = taken
-    readings = np.array(table.readings)
+    readings, poses = np.array(table.readings), np.array(table.poses)
     readings[rows, 1] = readings[rows, 1][0]
+    poses[:, robot.space.size if positions_alone else len(poses[0]) :] = np.nan
     try:
-        told, *rest = symkin.identify(robot, replace(table, readings=readings), **options).doubts
+        wrong = replace(table, readings=readings, poses=poses)
+        told, *rest = symkin.identify(robot, wrong, **options).doubts
     except symkin.SymkinError as error:
         told, rest = error.likely_cause, []
     assert (told.code, told.legs) == ("stands-still", (1,))

@@ -172,7 +172,7 @@ def explained(
         try:
             plain = itertools.chain(
                 rows_not_measured(mechanism, measurements),
-                what_stands_still(mechanism, measurements),
+                what_stands_still(mechanism, measurements, (mechanism, options)),
                 copied_columns(taken_as_drawn(mechanism, measurements)),
                 exchanged_points(mechanism, measurements),
             )

@@ -216,7 +216,7 @@ def _noticed(
     drawn = found.nominal.replace(frames=framed.frames)
     plain = (
         *rows_not_measured(found.nominal, found.measurements),
-        *what_stands_still(drawn, found.measurements),
+        *what_stands_still(drawn, found.measurements, (found.nominal, found.options)),
         *copied_columns(taken),
         *exchanged_points(found.nominal, found.measurements),
     )

@@ -7,7 +7,9 @@ where it is: by the drawing it has to move.
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterator
+from contextlib import suppress
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +17,9 @@ from numpy.typing import NDArray
 from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError
 from symkin.estimate.evidence.findings import Doubt
+from symkin.estimate.options import EstimateOptions
+from symkin.estimate.problem import spare_conditions
+from symkin.estimate.solution import settled, together
 from symkin.model.framing import framed, unframed
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import Transform, between, transforms
@@ -28,8 +33,16 @@ _NOISE = 6.0  # standard deviations
 _FIRST_OF_ALL = slice(1), slice(1, None)
 
 
-def what_stands_still(robot: Mechanism, measured: Measurements) -> Iterator[Doubt]:
-    """Name it, with the rows, of a robot in the frames in which it was measured."""
+Asked = tuple[Mechanism, EstimateOptions]
+
+
+def what_stands_still(
+    robot: Mechanism, measured: Measurements, asked: Asked | None = None
+) -> Iterator[Doubt]:
+    """Name it, with the rows, of a robot in the frames in which it was measured.
+
+    Where these were estimated, what was asked for: with what stands still they may be anything.
+    """
     space, legs = robot.space, measured.readings.shape[1]
     columns = np.hstack([measured.poses[:, : space.size], measured.readings])
     if len(columns) < _FEWEST:
@@ -55,7 +68,7 @@ def what_stands_still(robot: Mechanism, measured: Measurements) -> Iterator[Doub
                 break
     for leg in range(legs):
         run = rows_of([space.size + leg])
-        if run is not None and _is_turned(robot, measured, leg, run):
+        if run is not None and _is_turned(robot, measured, leg, run, asked):
             yield _doubt(f"the reading of leg {leg + 1}", (leg,), measured.row_numbers[run])
 
 
@@ -79,11 +92,16 @@ def _longest(still: NDArray[np.bool_]) -> slice | None:
     return slice(int(first), int(last) + 1) if last - first + 1 >= _FEWEST else None
 
 
-def _is_turned(robot: Mechanism, measured: Measurements, leg: int, run: slice) -> bool:
-    """Whether by the drawing, at the measured poses, a leg's reading changes within some rows."""
+def _is_turned(
+    robot: Mechanism, measured: Measurements, leg: int, run: slice, asked: Asked | None
+) -> bool:
+    """Whether by the drawing a leg's reading changes from row to row, by what else was measured."""
     straight, space = robot.replace(curvature=None), robot.space
     poses = measured.poses[run]
     poses = unframed(robot, poses[np.isfinite(poses).all(axis=1)])
+    if not len(poses):
+        poses = _without_reading(robot, measured, leg, run, asked)[run]
+        poses = poses[np.isfinite(poses).all(axis=1)]
     made = straight.inverse_kinematics(poses)
     reached = np.isfinite(made[:, leg])
     if reached.sum() < 2:
@@ -100,6 +118,26 @@ def _is_turned(robot: Mechanism, measured: Measurements, leg: int, run: slice) -
     steps = float(np.median(np.diff(values))) if len(values) > 1 else 0.0
     least = np.maximum(_TOWARDS * (by_place * moved + by_turn * turned), _NOISE * noise)
     return bool((away > np.maximum(least, 2 * steps)).any())
+
+
+def _without_reading(
+    robot: Mechanism, measured: Measurements, leg: int, run: slice, asked: Asked | None
+) -> Array:
+    """Poses in the robot's own frame, as all but a reading says; NaN where that says nothing."""
+    readings = np.array(measured.readings)
+    readings[run, leg] = np.nan
+    others = dataclasses.replace(measured, readings=readings)
+    poses = np.full_like(measured.poses, np.nan)
+    told = np.flatnonzero(spare_conditions(robot, others) >= 0)
+    others = others.subset(told)
+    if asked is not None:  # which may take a leg that is read
+        options = dataclasses.replace(asked[1], prior="tolerances", gauge="prior")
+        with suppress(SymkinError):
+            poses[told] = together(asked[0], others, options).latent_poses
+            return poses
+    with suppress(SymkinError):
+        poses[told] = settled(robot, robot.noise, others).fit().poses
+    return poses
 
 
 def _is_moved(robot: Mechanism, readings: Array, own: list[int]) -> bool:
