@@ -120,6 +120,7 @@ def unknowns_of(
     places |= {f"point{i + 1}": place for i, place in enumerate(points)}
     by = layout.by_columns
     hidden = np.linalg.norm(unseen, axis=1) if unseen.size else np.zeros(len(layout.names))
+    tied = {scalar for scalar, _, _ in layout.ties}
     found = []
     for i, name in enumerate(layout.scalars):
         block, _, own = name.partition(".")
@@ -143,7 +144,7 @@ def unknowns_of(
                 deviation=float(deviations[i]),
                 tolerance=float(tolerance) if tolerance > 0 else float("nan"),
                 prior=float(prior) if np.isfinite(prior) else float("nan"),
-                status=_status(layout, i, declared[i], hidden),
+                status=_status(layout, i, declared[i], hidden, tied),
                 column=column,
                 moves=tuple((k, float(by[i, k])) for k in np.flatnonzero(by[i]).tolist()),
             )
@@ -164,11 +165,11 @@ def shared_by_role(unknowns: Sequence[Unknown]) -> tuple[str, ...]:
     )
 
 
-def _status(layout: Layout, scalar: int, deviation: float, hidden: Array) -> Status:
+def _status(layout: Layout, scalar: int, deviation: float, hidden: Array, tied: set[int]) -> Status:
     column = layout.column[scalar]
     if scalar in layout.roles:
         column = next(each for own, each, _ in layout.ties if own == scalar)
-    elif any(scalar == each for each, _, _ in layout.ties):
+    elif scalar in tied:
         return "tied"
     if column < 0:
         reasons: dict[str, Status] = {

@@ -246,10 +246,10 @@ class Problem:
     def _is_free(self, block: str) -> bool:
         """Whether a frame, or a place, is unknown, and no prior says where it is."""
         layout = self.layout
+        without = (layout.column >= 0) & np.append(np.isinf(layout.prior), False)[layout.column]
         return any(
-            layout.column[i] >= 0 and np.isinf(layout.prior[layout.column[i]])
-            for i, name in enumerate(layout.scalars)
-            if block in (own := name.partition(".")[0], own.rstrip("0123456789"))
+            block in (own := layout.scalars[i].partition(".")[0], own.rstrip("0123456789"))
+            for i in np.flatnonzero(without)
         )
 
     def _with_posed_frames(self, base: bool, target: bool) -> Problem:

@@ -20,6 +20,7 @@ from symkin.model.settings import NoiseSettings
 from symkin.values import record
 
 _LEAST = 1.5  # times: what is told
+_LARGEST = 900.0  # per degree of freedom: of so large residuals noise is not the cause
 _KINDS = ("position", "along", "orientation", "reading")
 
 Another = Callable[[NoiseSettings], Found | None]
@@ -34,15 +35,22 @@ class Shown:
 
 
 def is_unusual(found: Found) -> bool:
-    """Whether chi-square is none that the declared noise has."""
+    """Whether chi-square is none that the declared noise has, but may be that of another."""
     total = total_of(found.goodness)
-    return not found.noise_is_estimated and not total.least <= total.chi_square <= total.limit
+    as_declared = total.least <= total.chi_square <= total.limit
+    return not (found.noise_is_estimated or as_declared or _is_beyond_noise(found))
+
+
+def _is_beyond_noise(found: Found) -> bool:
+    return found.chi_square > _LARGEST * found.degrees_of_freedom
 
 
 @once
 def noise_shown(found: Found) -> Shown | None:
     """As large as it is shown; None where it is not, as leg by leg."""
     if found.legs or not found.converged or found.options.loss != "none":
+        return None
+    if _is_beyond_noise(found):
         return None
     return shown_by(found, dataclasses.replace(found.options, noise=found.noise))
 
