@@ -43,6 +43,11 @@ _ANGLES = tuple(each.kind for each in OBSERVABLES.values() if each.is_angle)
 UNSEEN = 1e-6  # of a direction of length one, in tolerances
 _STUCK = "no step lowers the cost"  # of the core's solver
 _FEW = 0.05  # of the poses: as many are looked at one by one
+PRIORS_HOLD = 'prior "tolerances" holds parameters; a prior of its own, or fixed, anything'
+FRAMES_ALIKE = (
+    "a target moves what a platform that never turns shows as the base does: of the frames ask "
+    'for one, such as frames "base" alone'
+)
 _UNLIKELY = 1e-4  # probability of what a sound pose leaves unexplained
 _FAR = 4  # times as far as any other: a pose that does not
 
@@ -422,7 +427,11 @@ class Problem:
             )
         except NotIdentifiableError as error:
             scale = np.where(tolerances > 0, tolerances, 1e-3)
-            raise with_combinations(error, layout.names, scale) from None
+            unseen = with_combinations(error, layout.names, scale)
+            if np.size(getattr(error, "null_directions", ())):
+                words = str(unseen)
+                unseen.args = (f"{words}; {what_holds(self.mechanism, words)}",)
+            raise unseen from None
 
     def _bend(self, loss: Loss) -> float:
         """Where the loss bends; of single observations as for one condition."""
@@ -493,6 +502,13 @@ class Problem:
             problem.fit(start=start),
             f"{names} {verbs[0]} held as drawn, and {verbs[1]} the others",
         )
+
+
+def what_holds(mechanism: Mechanism, told: str) -> str:
+    """What to ask for where combinations of unknowns are not shown, as an error tells them."""
+    unseen = told.rpartition("not shown")[2].split("; ")
+    both = all("base." in each and "target." in each for each in unseen)
+    return FRAMES_ALIKE if both and not mechanism.space.turns else PRIORS_HOLD
 
 
 def _restless(fit: _core.JointFit, again: _core.JointFit) -> int:

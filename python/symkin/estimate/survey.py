@@ -29,7 +29,7 @@ from symkin.errors import NotIdentifiableError, SymkinError
 from symkin.estimate.assumed import Assumed, moved_by, widened
 from symkin.estimate.covariates import Covariate, observations_of, slopes_of
 from symkin.estimate.options import EstimateOptions
-from symkin.estimate.problem import Problem, layout_of, says_nothing
+from symkin.estimate.problem import Problem, layout_of, says_nothing, what_holds
 from symkin.estimate.starting import starting_poses
 from symkin.estimate.unknowns import BED, SAG, SCALE, Layout, Priors, Sensor, with_file_settings
 from symkin.estimate.whitened import typical_sizes
@@ -49,7 +49,6 @@ _OF_FRAMES = 12  # scalars of the base frame and the target
 SILENT = 0.9  # of a prior's deviation: the data will say next to nothing
 _PLANAR = ("x", "y")  # both together are all
 _BESIDE = (SCALE, BED, SAG, "target", "plane")  # are no part of the robot
-PRIORS_HOLD = 'prior "tolerances" holds parameters; a prior of its own, or fixed, anything'
 
 
 class Unknowns(TypedDict, total=False):
@@ -394,10 +393,11 @@ class Survey(Value):
         """Root H of the covariance H H' that rows and priors promise, see `covariance`."""
         values, vectors = self._decomposed([*rows, self.layout.prior_rows[None]])
         if len(values) < len(vectors):
-            raise NotIdentifiableError(
+            told = (
                 f"the plan's poses do not show all of the {len(vectors)} unknowns (not shown, in "
-                f"tolerances: {'; '.join(self._named(vectors[len(values) :]))}); {PRIORS_HOLD}"
+                f"tolerances: {'; '.join(self._named(vectors[len(values) :]))})"
             )
+            raise NotIdentifiableError(f"{told}; {what_holds(self.mechanism, told)}")
         return np.asarray((vectors / values[:, None] * self.scale).T)
 
     def unseen(self, rows: Sequence[Array]) -> tuple[str, ...]:

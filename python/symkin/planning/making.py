@@ -576,7 +576,7 @@ def _selected(
     except NotIdentifiableError as error:  # maybe of a joint whose angle no pose can show
         legs = range(len(demands.mechanism.legs)) if task.leg is None else [task.leg]
         causes = [each for leg in legs for each in undefined_angles(demands.mechanism, leg)]
-        error.args = ("; ".join(filter(None, [str(error), *causes, task.advice()])),)
+        error.args = ("; ".join(filter(None, [str(error), *causes, task.advice(str(error))])),)
         raise
 
 

@@ -11,7 +11,8 @@ from symkin.analysis.straightedge import on_the_edge
 from symkin.data.measurements import Measurements
 from symkin.data.observables import words_between_rows
 from symkin.errors import SymkinError
-from symkin.estimate.survey import PRIORS_HOLD, Survey, placed
+from symkin.estimate.problem import what_holds
+from symkin.estimate.survey import Survey, placed
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import height_of_bed
 from symkin.planning.selection import Task
@@ -55,9 +56,9 @@ class ObservedTask(Task):
             information = information + np.einsum("nri,nrj->ij", rows, rows)
         return information if information.any() else None
 
-    def advice(self) -> str:
-        """What to do where nothing shows an unknown."""
-        return PRIORS_HOLD
+    def advice(self, unseen: str) -> str:
+        """What to do where nothing shows combinations of unknowns."""
+        return what_holds(self.survey.mechanism, unseen)
 
 
 _PAIRINGS = 4  # times that every pose is paired with another one

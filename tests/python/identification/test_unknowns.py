@@ -143,3 +143,17 @@ def test_a_pattern_that_matches_nothing_is_no_mistake_of_the_measurements(paper)
     with pytest.raises(SymkinError, match=r'"leg9.\*" matches no unknown') as refused:
         symkin.identify(paper, measurements, free=["leg9.*"])
     assert "Likely cause" not in str(refused.value)
+
+
+@pytest.mark.parametrize("name", ["rotary_delta", "linear_delta"])
+def test_both_frames_of_a_platform_that_never_turns_are_refused_with_what_to_ask_for(name):
+    robot = symkin.load_mechanism(name)
+    taken = robot.simulate(robot.plan(40, seed=1, candidates=400), seed=1).measurements
+    every, asked = taken.for_all_legs(), {"frames": ["base", "target"], "prior": "tolerances"}
+    for refused in (
+        lambda: symkin.identify(robot, every, frames=["base", "target"]),
+        lambda: robot.plan(20, seed=1, candidates=200, observe="position", **asked),
+    ):
+        with pytest.raises(SymkinError, match=r'such as frames "base" alone'):
+            refused()
+    assert symkin.identify(robot, every, frames=["base"]).trustworthy
