@@ -127,6 +127,21 @@ def test_turns_that_the_legs_bind_are_noise_and_no_lag():
     assert not found.doubts
 
 
+def test_of_all_that_is_missed_each_kind_is_told(paper):
+    """Which of them a robot has is what its user has to judge."""
+    poses, every = symkin.sample_workspace(paper, 50, seed=1).poses, np.arange(50)
+    own = symkin.Plan(
+        paper, np.full(50, -1), every, every >= 40, poses, paper.inverse_kinematics(poses)
+    )
+    taken = symkin.simulate(paper, own, 1).measurements.for_all_legs()
+    found = symkin.identify(paper, taken, estimator="joint")
+    (note,) = (each for each in found.notes if each.code == "unseen")
+    told, _, _ = str(note).partition(" in brackets")
+    assert "backlash of" in told
+    assert len(re.findall("device|sag|lag by|backlash|play", told)) == told.count(" times)") > 3
+    assert note.options["backlash"] is True
+
+
 def test_backlash_that_is_missed_is_told_with_what_it_does_to_the_robot(paper):
     poses, every = symkin.sample_workspace(paper, 50, seed=1).poses, np.arange(50)
     readings = paper.inverse_kinematics(poses)

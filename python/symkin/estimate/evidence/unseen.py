@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from symkin.errors import SymkinError, few
+from symkin.errors import SymkinError
 from symkin.estimate.evidence.changes import Rows, asked_for, rows_of_changes, terms_of_changes
 from symkin.estimate.evidence.distortion import columns_of_distortion, seen_from, words_of
 from symkin.estimate.evidence.findings import Note
@@ -25,7 +25,6 @@ from symkin.values import Array, record
 
 POWER = 0.9  # of robots in which a test sees it
 _SEEN = 1e-3  # of a column: what unknowns leave less of, no size of it shows
-_NAMED = 3
 _OF_AXES = {"stretch": 0.5, "shear": 0.5, "lens": 1.0}  # what two axes differ or lean, for a term
 _WITH = {"stretch": "", "shear": "with ", "lens": "that has positions "}
 
@@ -97,9 +96,9 @@ def notes_of_the_unseen(found: Found) -> Iterator[Note]:
     told = sorted(worst.values(), key=lambda each: -each[0])
     words = [f"{each.words} ({times:.2g} times)" for times, each in told]
     options: dict[str, Any] = {}
-    for _, each in told[:_NAMED]:
+    for _, each in told:
         options |= each.options
-    figures = {"names": few(words, _NAMED), "times": told[0][0]}
+    figures = {"names": ", ".join(words), "times": told[0][0]}
     yield Note("unseen", size=told[0][1].size, figures=figures, options=options)
 
 
