@@ -562,11 +562,6 @@ class MeasuredRows(Result):
         """The legs, from 0, that have any row of their own."""
         return tuple(leg for leg, rows in enumerate(self._leg_rows) if len(rows))
 
-    def changed(self, change: Callable[[Array], Array], *names: str) -> dict[str, Any]:
-        """Copies of those of some arrays that there are, changed, for `dataclasses.replace`."""
-        given = {name: getattr(self, name) for name in names}
-        return {name: change(np.array(e)) for name, e in given.items() if e is not None}
-
     def for_all_legs(self) -> Self:
         """Return the same measurements without sets: every row serves all legs."""
         return replace(self, leg_sets=np.full(len(self.poses), ALL_LEGS))
@@ -696,3 +691,11 @@ def make_arrays(table: Value, **fields: tuple[int, str]) -> None:
         if kind == "int" and array.size and array.dtype.kind not in "iu":
             raise MeasurementError(f"{name} are of type {array.dtype}; expected integers")
         object.__setattr__(table, name, array)
+
+
+def changed_arrays(
+    measured: MeasuredRows, change: Callable[[Array], Array], *names: str
+) -> dict[str, Any]:
+    """Copies of those of some arrays that there are, changed, for `dataclasses.replace`."""
+    given = {name: getattr(measured, name) for name in names}
+    return {name: change(np.array(each)) for name, each in given.items() if each is not None}

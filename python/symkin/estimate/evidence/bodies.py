@@ -19,6 +19,7 @@ from symkin.analysis.reflectors import (
     whole,
 )
 from symkin.analysis.seen import Seen
+from symkin.data.measured_rows import changed_arrays
 from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError
 from symkin.estimate.evidence.findings import Doubt
@@ -143,7 +144,7 @@ def with_points_in_order(mechanism: Mechanism, measured: Measurements) -> Measur
     """The measurements with the points as `exchanged_points` says that they are."""
     places = np.argsort(_order_of_points(mechanism, measured), axis=1)
     rows = np.arange(len(places))[:, None]
-    ordered = measured.changed(lambda given: given[rows, places], *_SEEN)
+    ordered = changed_arrays(measured, lambda given: given[rows, places], *_SEEN)
     return dataclasses.replace(measured, **ordered)
 
 
@@ -164,7 +165,7 @@ def with_another_point(measured: Measurements, point: int, rows: NDArray[np.bool
         both[rows, point], both[~rows, -1] = np.nan, np.nan
         return both
 
-    return dataclasses.replace(measured, **measured.changed(apart, *_SEEN))
+    return dataclasses.replace(measured, **changed_arrays(measured, apart, *_SEEN))
 
 
 def _times_as_large(points: Array) -> Array:

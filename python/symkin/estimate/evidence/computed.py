@@ -66,7 +66,7 @@ def _exact_readings(
     poses = unframed(robot, measured.poses[whole])
     made = straight.inverse_kinematics(poses)
     readings = measured.readings[whole]
-    known = np.isfinite(made) & np.isfinite(readings) & robot.is_read
+    known = np.isfinite(readings) & robot.is_read
     rows = known.any(axis=1)
     whole, known = whole[rows], known[rows]
     away = np.abs(shortest_ways(robot, made[rows] - readings[rows]))

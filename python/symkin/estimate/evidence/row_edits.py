@@ -12,6 +12,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from symkin.data.measured_rows import changed_arrays
 from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError
 from symkin.estimate.evidence.assignment import assigned
@@ -88,7 +89,9 @@ def _moved(stated: Correction, own: tuple[int, ...], late: int, begin: int = 0) 
     }
     return stated._replace(
         cause=Doubt("rows-shifted", own, size=float(late), figures=figures),
-        measurements=dataclasses.replace(measured.subset(rows), **measured.changed(moved, *_READ)),
+        measurements=dataclasses.replace(
+            measured.subset(rows), **changed_arrays(measured, moved, *_READ)
+        ),
     )
 
 
@@ -234,7 +237,9 @@ def _matched(robot: Mechanism, measured: Measurements) -> Measurements | None:
     order = assigned(_by_readings(robot, measured))
     if (order == np.arange(len(order))).all():
         return None
-    return dataclasses.replace(measured, **measured.changed(operator.itemgetter(order), *_READ))
+    return dataclasses.replace(
+        measured, **changed_arrays(measured, operator.itemgetter(order), *_READ)
+    )
 
 
 def _by_readings(robot: Mechanism, measured: Measurements) -> Array:

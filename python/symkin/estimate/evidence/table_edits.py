@@ -19,6 +19,7 @@ from symkin.analysis.conventions import (
     ways_of,
 )
 from symkin.data.columns import pose_column_names
+from symkin.data.measured_rows import changed_arrays
 from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError
 from symkin.estimate.evidence.findings import Doubt
@@ -271,8 +272,8 @@ def scaled(measured: Measurements, factor: float) -> Measurements | None:
     size = measured.space.size
     factors = np.ones(measured.poses.shape[1])
     factors[:size] = factor
-    changes = measured.changed(lambda poses: poses * factors[: poses.shape[1]], *_POSES)
-    changes |= measured.changed(lambda lengths: factor * lengths, *_LENGTHS)
+    changes = changed_arrays(measured, lambda poses: poses * factors[: poses.shape[1]], *_POSES)
+    changes |= changed_arrays(measured, lambda lengths: factor * lengths, *_LENGTHS)
     lengths = (
         np.abs(values[:, :size] if name == "poses" else values)
         for name, values in changes.items()
