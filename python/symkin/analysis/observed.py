@@ -22,6 +22,7 @@ from symkin.model.poses import (
     Transform,
     frame,
     quaternions_from_rotation_vectors,
+    roll_pitch_yaw,
     rotations_from_vectors,
     transforms,
     vectors_from_rotations,
@@ -320,10 +321,7 @@ def _attitudes(space: str, rotation: Array) -> Array:
         raise SymkinError(
             f"roll, pitch and yaw are of platforms that turn in space; this robot is {space}"
         )
-    roll = np.arctan2(rotation[:, 2, 1], rotation[:, 2, 2])
-    pitch = np.arctan2(-rotation[:, 2, 0], np.hypot(rotation[:, 2, 1], rotation[:, 2, 2]))
-    yaw = np.arctan2(rotation[:, 1, 0], rotation[:, 0, 0])
-    return np.column_stack([roll, pitch, yaw])
+    return roll_pitch_yaw(rotation)
 
 
 Observing = Observed | Observable | Sequence[Observable]

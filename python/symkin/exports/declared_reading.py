@@ -462,7 +462,7 @@ class _Reader:
 
 def _numbers(frame: Array, planar: bool) -> dict[str, float]:
     """The numbers of a transform that are not zero."""
-    angles = roll_pitch_yaw(frame[:3, :3])
+    angles = roll_pitch_yaw(frame[None, :3, :3])[0]
     numbers = dict(zip(_SLOTS, map(float, (*frame[:3, 3], *angles)), strict=True))
     if planar:
         if max(abs(numbers["roll"]), abs(numbers["pitch"])) > _CROSSING:

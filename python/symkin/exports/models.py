@@ -90,7 +90,7 @@ def _cut_end(point: Array, turning: Array | None) -> str:
     """A point of a body, or a frame with its roll, pitch and yaw."""
     if turning is None:
         return f"point {_triple(point)}"
-    return f"frame {_triple([*point, *roll_pitch_yaw(turning)])}"
+    return f"frame {_triple([*point, *roll_pitch_yaw(turning[None])[0]])}"
 
 
 def write_sdf(mechanism: Mechanism, options: ExportOptions) -> Written:  # noqa: ARG001
@@ -166,7 +166,7 @@ def _model_text(
         "numbers": _triple,
         "length": np.linalg.norm,
         "axes": lambda rotation: _triple(rotation[:, :2].T),
-        "angles": lambda rotation: _triple(roll_pitch_yaw(rotation)),
+        "angles": lambda rotation: _triple(roll_pitch_yaw(rotation[None])[0]),
     }
     moment = 0.4 * _MASS * (0.1 * structure.size) ** 2
     root = ET.fromstring(

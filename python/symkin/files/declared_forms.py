@@ -225,7 +225,7 @@ def _turned_legs(values: _Values, symmetry: _Values) -> _Values:
     leg = values.get("reference_leg", {})
     legs = []
     for each in range(count):
-        turn = _roll_pitch_yaw(rotations_from_vectors(unit[None] * 2 * np.pi * each / count)[0])
+        turn = _roll_pitch_yaw(rotations_from_vectors(unit[None] * 2 * np.pi * each / count))
         legs.append({**leg, "turn": turn, "platform_turn": turn})
     tables = {
         name: _turnable(table) if isinstance(table, dict) else table
@@ -259,9 +259,11 @@ def _turnable(table: _Values) -> _Values:
     return made
 
 
-def _roll_pitch_yaw(matrix: Array) -> dict[str, str]:
-    """The turn about z by yaw, then y by pitch, then x by roll that makes a rotation."""
+def _roll_pitch_yaw(turn: Array) -> dict[str, str]:
+    """A turn (1, 3, 3) as one about z by yaw, then y by pitch, then x by roll."""
     return {
         name: f"{value if abs(value) > _ROUNDING else 0.0!r} rad"
-        for name, value in zip(("roll", "pitch", "yaw"), roll_pitch_yaw(matrix), strict=True)
+        for name, value in zip(
+            ("roll", "pitch", "yaw"), roll_pitch_yaw(turn)[0].tolist(), strict=True
+        )
     }

@@ -234,19 +234,18 @@ def vectors_from_rotations(rotations: Array) -> Array:
     return np.asarray(vectors)
 
 
-def roll_pitch_yaw(rotation: Array) -> tuple[float, float, float]:
-    """Fixed-axis angles about x, y, z of a rotation matrix, as URDF and SDF write it."""
-    r = np.asarray(rotation, dtype=np.float64)
+def roll_pitch_yaw(rotations: Array) -> Array:
+    """Angles (N, 3), rad, about fixed x, y, z of rotation matrices (N, 3, 3), as URDF has them."""
+    r = np.moveaxis(_shaped("rotation matrices", rotations, 3, 3), 0, -1)
     level = np.hypot(r[0, 0], r[1, 0])
     pitch = np.arctan2(-r[2, 0], level)
     # Pitched upright, roll and yaw turn about the same line: all of it is roll then.
-    if level < 1e-12:
-        return float(np.arctan2(-r[1, 2], r[1, 1])), float(pitch), 0.0
-    return (
-        float(np.arctan2(r[2, 1], r[2, 2])),
-        float(pitch),
-        float(np.arctan2(r[1, 0], r[0, 0])),
-    )
+    yaw = np.where(level < 1e-12, 0.0, np.arctan2(r[1, 0], r[0, 0]))
+    # Near there, the roll of what is left without the yaw, whose numbers are not small.
+    cosine, sine = np.cos(yaw), np.sin(yaw)
+    left = np.arctan2(sine * r[0, 2] - cosine * r[1, 2], cosine * r[1, 1] - sine * r[0, 1])
+    roll = np.where(level < 1e-3, left, np.arctan2(r[2, 1], r[2, 2]))
+    return np.column_stack([roll, pitch, yaw])
 
 
 def rotations_from_quaternions(quaternions: Array) -> Array:

@@ -28,6 +28,7 @@ from symkin.model.mechanism import Mechanism
 from symkin.model.poses import (
     poses_of,
     quaternions_from_rotation_vectors,
+    roll_pitch_yaw,
     rotations_from_quaternions,
     transforms,
     vectors_from_quaternions,
@@ -243,8 +244,8 @@ def _rarer_orientations(nominal: Mechanism, poses: Array) -> Iterator[tuple[str,
     size = nominal.space.size
     if not nominal.space.has_quaternion or not np.isfinite(poses[:, size:]).all():
         return
-    own = poses[:, size:]
-    angles, inverse = _roll_pitch_yaw(own), _roll_pitch_yaw(own * np.array([-1, -1, -1, 1]))
+    own = rotations_from_quaternions(poses[:, size:])
+    angles, inverse = roll_pitch_yaw(own), roll_pitch_yaw(own.transpose(0, 2, 1))
     vectors = "rotation vectors stand where roll, pitch and yaw are expected"
     reversed_order = "roll, pitch and yaw turn in the reversed order"
     for words, quaternions in (
@@ -253,14 +254,6 @@ def _rarer_orientations(nominal: Mechanism, poses: Array) -> Iterator[tuple[str,
         (reversed_order, _quaternions(rotations_from_angles(-inverse, "xyz"))),
     ):
         yield words, np.hstack([poses[:, :size], quaternions]), _AS_VECTORS
-
-
-def _roll_pitch_yaw(quaternions: Array) -> Array:
-    """Angles about fixed x, y, z, shape (N, 3)."""
-    matrices = rotations_from_quaternions(quaternions)
-    pitch = -np.arcsin(np.clip(matrices[:, 2, 0], -1, 1))
-    roll = np.arctan2(matrices[:, 2, 1], matrices[:, 2, 2])
-    return np.column_stack([roll, pitch, np.arctan2(matrices[:, 1, 0], matrices[:, 0, 0])])
 
 
 def _quaternions(rotations: Array) -> Array:
