@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import symkin
+from symkin.analysis.conventions import rotations_from_angles
 from symkin.errors import MechanismFileError
-from symkin.files.declared_parts import rotation_of
 from symkin.model.poses import transforms
 from symkin.planning.simulation import disturb
 
@@ -25,12 +25,15 @@ def robot() -> symkin.Mechanism:
 def joints(parameters: dict[str, float], poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Swivel and length by the closed form of a cable over a pulley, in the axis' own frame."""
 
+    def turn(pitch: float, yaw: float) -> np.ndarray:
+        return rotations_from_angles(np.array([[0.0, pitch, yaw]]), "xyz")[0]
+
     def place(end: str) -> np.ndarray:
         own = np.array([parameters[f"{end}_{axis}"] for axis in "xyz"])
-        return rotation_of("z", parameters[f"{end}_azimuth"]) @ own
+        return turn(0.0, parameters[f"{end}_azimuth"]) @ own
 
     radius = parameters["pulley_x"]
-    axis = rotation_of("z", parameters["base_azimuth"]) @ rotation_of("y", parameters["base_pitch"])
+    axis = turn(parameters["base_pitch"], parameters["base_azimuth"])
     small = np.array([parameters["base_rx"], parameters["base_ry"], 0.0])
     angle = np.linalg.norm(small)
     x, y, z = small / angle
