@@ -40,8 +40,8 @@ from symkin.model.poses import (
     Transform,
     moved,
     poses_of,
-    rotations_from_vectors,
     space_named,
+    stepped,
     transforms,
 )
 from symkin.model.settings import Frames, MeasurementColumns
@@ -478,8 +478,7 @@ def _deviations(
             sides = []
             for sign in (1, -1):
                 frames = [base, target]
-                turn, old = rotations_from_vectors(sign * step[None, 3:])[0], frames[number]
-                frames[number] = Transform(turn @ old.rotation, old.translation + sign * step[:3])
+                frames[number] = stepped(frames[number], sign * step)
                 sides.append(moved(frames[0], poses, frames[1], wanted)[:, shown])
             columns.append((sides[0] - sides[1]) / (2 * _STEP))
     matrix = np.stack(columns, axis=2)

@@ -30,7 +30,8 @@ from symkin.model.poses import (
     moved,
     pose_rows,
     poses_of,
-    rotations_from_vectors,
+    stepped,
+    tangents_of,
     transforms,
 )
 from symkin.options import checks
@@ -261,7 +262,7 @@ class Evaluation(Result):
         space = self.space
         components = space.components
         wanted = transforms(space.name, self.poses[rows])
-        taken = _taken(wanted, self.differences[rows], space)
+        taken = stepped(wanted, tangents_of(space, self.differences[rows]))
         some = slice(None, None, -(-len(rows) // _ALIGNED_POSES) or 1)
         frames = align(
             Transform(taken.rotation[some], taken.translation[some]),
@@ -442,19 +443,12 @@ def at_arm(differences: Array, poses: Array, arm: Array, space: PoseSpace) -> tu
     `arm` is that place in the platform's frame, m, shape (3,).
     """
     wanted = transforms(space.name, poses)
-    turns = (_taken(wanted, differences, space).rotation - wanted.rotation) @ arm
+    taken = stepped(wanted, tangents_of(space, differences))
+    turns = (taken.rotation - wanted.rotation) @ arm
     there = wanted @ Transform(np.eye(3), arm)
     moved_by = differences.copy()
     moved_by[:, : space.size] += turns[:, : space.size]
     return moved_by, poses_of(space.name, there)
-
-
-def _taken(wanted: Transform, differences: Array, space: PoseSpace) -> Transform:
-    """Poses that differ so from those wanted."""
-    steps = np.zeros((len(differences), 6))
-    steps[:, space.components] = differences
-    turned = rotations_from_vectors(steps[:, 3:]) @ wanted.rotation
-    return Transform(turned, wanted.translation + steps[:, :3])
 
 
 def _instrument(

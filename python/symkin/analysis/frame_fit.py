@@ -16,7 +16,7 @@ from symkin.model.poses import (
     in_plane,
     moved,
     nearest_rotation,
-    rotations_from_vectors,
+    stepped,
 )
 from symkin.values import Array
 
@@ -145,8 +145,6 @@ class _Problem(NamedTuple):
 
 
 def _stepped(base: Transform, tool: Transform, step: Array) -> tuple[Transform, Transform]:
-    turns = rotations_from_vectors(np.stack([step[3:6], step[9:]]))
-    return (
-        Transform(turns[0] @ base.rotation, base.translation + step[:3]),
-        Transform(tool.rotation @ turns[1], tool.translation + step[6:9]),
-    )
+    inside = stepped(STAYS, step[6:])
+    turned = Transform(tool.rotation @ inside.rotation, tool.translation + inside.translation)
+    return stepped(base, step[:6]), turned

@@ -21,11 +21,11 @@ from symkin.model.poses import (
     POSE_SPACES,
     Transform,
     frame,
-    quaternions_from_rotation_vectors,
+    poses_of,
     roll_pitch_yaw,
-    rotations_from_vectors,
+    stepped,
+    tangents_of,
     transforms,
-    vectors_from_rotations,
 )
 from symkin.model.settings import Frames, NoiseSettings, height_of_bed
 from symkin.options import OPTIONS, Observable
@@ -219,7 +219,8 @@ class Observed:
             return found
 
         places = seen.translation[:, :size]
-        poses = _pose_array(space, seen, errors("poses", places, (rows, dof)))
+        moves = tangents_of(POSE_SPACES[space], errors("poses", places, (rows, dof)))
+        poses = poses_of(space, stepped(seen, moves))
         if "straightness" in self.kinds:
             poses[:, 0] = np.nan
         elif not {"pose", "position"}.intersection(self.kinds):
@@ -325,26 +326,6 @@ def _attitudes(space: str, rotation: Array) -> Array:
 
 
 Observing = Observed | Observable | Sequence[Observable]
-
-
-def moved_poses(space: str, poses: Array, tangents: Array) -> Array:
-    """Poses after small motions, shape (N, dof), in the frame that they are given in."""
-    return _pose_array(space, transforms(space, poses), tangents)
-
-
-def _pose_array(space: str, poses: Transform, errors: Array) -> Array:
-    """Coordinates of poses after small motions, in the frame that they are given in."""
-    size = POSE_SPACES[space].size
-    position = np.asarray(poses.translation[:, :size] + errors[:, :size])
-    if not POSE_SPACES[space].turns:
-        return position
-    if POSE_SPACES[space].has_angle:
-        angle = np.arctan2(poses.rotation[:, 1, 0], poses.rotation[:, 0, 0]) + errors[:, -1]
-        return np.column_stack([position, angle])
-    rotation = rotations_from_vectors(errors[:, size:]) @ poses.rotation
-    return np.hstack(
-        [position, quaternions_from_rotation_vectors(vectors_from_rotations(rotation))]
-    )
 
 
 NO_NOISE = NoiseSettings(1e-300, 0.0, 0.0)  # none at all is refused, as a slip

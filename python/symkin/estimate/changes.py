@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 
 from symkin import _core
-from symkin.analysis.observed import moved_poses
 from symkin.analysis.promises import parameter_effects
 from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError
@@ -16,7 +15,15 @@ from symkin.estimate.covariates import Covariate, slopes_of
 from symkin.estimate.found import Found
 from symkin.model.core_setup import Slopes
 from symkin.model.mechanism import Mechanism
-from symkin.model.poses import frame, rotations_from_vectors
+from symkin.model.poses import (
+    Transform,
+    frame,
+    poses_of,
+    rotations_from_vectors,
+    stepped,
+    tangents_of,
+    transforms,
+)
 from symkin.values import Array, record
 
 
@@ -118,8 +125,10 @@ def changed_poses(actual: Mechanism, taken: Measurements, changes: Changes) -> M
         raise SymkinError("a simulated robot grows at a singular pose; leave growth out")
     lengths = _lengths(actual)
     tangents = np.einsum("ndlp,lp,nl->nd", effects[..., : lengths.shape[1]], lengths, growths)
-    tangents = tangents[:, actual.space.components]
-    return replace(taken, poses=moved_poses(taken.pose_space, taken.poses, tangents))
+    # Only in the coordinates that a pose has.
+    tangents = tangents_of(actual.space, tangents[:, actual.space.components])
+    grown = stepped(transforms(taken.pose_space, taken.poses), tangents)
+    return replace(taken, poses=poses_of(taken.pose_space, grown))
 
 
 def changed_observations(
@@ -160,10 +169,9 @@ def changed_observations(
 
     poses = measured.poses.copy()
     full = np.isfinite(poses[:, size:]).all(axis=1)
-    tangents = np.zeros((len(poses), 6))
-    tangents[:, 3:] = moves[:, 3:]
-    own = tangents[:, measured.space.components]
-    poses[full] = moved_poses(measured.pose_space, poses[full], own[full])
+    turned = transforms(measured.pose_space, poses[full])
+    turned = Transform(turns[full] @ turned.rotation, turned.translation)
+    poses[full] = poses_of(measured.pose_space, turned)
     poses[:, :size] = moved(measured.poses[:, :size])
     points = measured.points
     if points is not None:

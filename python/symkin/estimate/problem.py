@@ -25,13 +25,12 @@ from symkin.estimate.fitted_prior import FittedPrior, fitted_prior
 from symkin.estimate.options import EstimateOptions, Loss
 from symkin.estimate.starting import setup_by_points, starting_poses
 from symkin.estimate.unknowns import Layout
-from symkin.model.core_setup import core_setup, setup_with
+from symkin.model.core_setup import core_setup, of_core, setup_with, to_core
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import (
     POSE_SPACES,
-    Transform,
-    rotations_from_vectors,
-    vectors_from_rotations,
+    between,
+    stepped,
 )
 from symkin.model.settings import Frames, NoiseSettings
 from symkin.values import Array, Value, record
@@ -220,9 +219,7 @@ class Problem:
             found = setup_by_points(*own, base=True, target=False, free=places)
         else:
             found = self._with_posed_frames(base=True, target=False).setup
-        before, after = self.setup.base, found.base
-        turn = after.rotation @ before.rotation.T
-        return Transform(turn, after.position - before.position).tangent
+        return between(of_core(self.setup.base), of_core(found.base))
 
     def _with_own_frames(self) -> Problem:
         """Start free frames and places where the nominal robot's poses put them."""
@@ -294,14 +291,8 @@ class Problem:
             there = np.isin(own, scalars)
             if not held.any() or held[there].all():
                 continue
-            drawn, found = (
-                Transform(each.rotation, each.position)
-                for each in (getattr(self.setup, block), getattr(setup, block))
-            )
-            turn = vectors_from_rotations((found.rotation @ drawn.rotation.T)[None])[0]
-            turn = rotations_from_vectors(np.where(held[3:], 0.0, turn)[None])[0]
-            place = np.where(held[:3], drawn.translation, found.translation)
-            made[block] = _core.Frame(place, turn @ drawn.rotation)
+            drawn, found = (of_core(getattr(each, block)) for each in (self.setup, setup))
+            made[block] = to_core(stepped(drawn, np.where(held, 0.0, between(drawn, found))))
         if not made:
             return setup
         return setup_with(
@@ -311,8 +302,7 @@ class Problem:
     def _with_edge(self) -> Problem:
         """Start where the nominal robot's poses put a straightedge."""
         edge = edge_of(self.mechanism, self.measurements)
-        placed = _core.Frame(edge.translation, edge.rotation)
-        made = setup_with(self.setup, self.mechanism.straight, base=placed)
+        made = setup_with(self.setup, self.mechanism.straight, base=to_core(edge))
         return dataclasses.replace(self, setup=made)
 
     def _with_points(self, base: bool, target: bool) -> Problem:
@@ -376,10 +366,9 @@ class Problem:
         moves = np.column_stack(columns) @ setup.base_slopes
         poses = np.full(measured.poses.shape, np.nan)
         different, group = np.unique(moves, axis=0, return_inverse=True)
-        turns = rotations_from_vectors(different[:, 3:])
-        for k, (move, turn) in enumerate(zip(different, turns, strict=True)):
+        for k, move in enumerate(different):
             rows = np.flatnonzero(group.ravel() == k)
-            base = _core.Frame(setup.base.position + move[:3], turn @ setup.base.rotation)
+            base = to_core(stepped(of_core(setup.base), move))
             there = setup_with(setup, self.mechanism.straight, base=base)
             own = measured.subset(rows) if len(different) > 1 else measured
             seen = own.observations(self.noise)

@@ -12,7 +12,7 @@ from symkin import _core
 from symkin.analysis.reflectors import PlacedPoints, in_three, motions_of, place_points, whole
 from symkin.data.measurements import Measurements
 from symkin.errors import NotIdentifiableError
-from symkin.model.core_setup import setup_with
+from symkin.model.core_setup import of_core, setup_with, to_core
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import (
     Transform,
@@ -20,7 +20,8 @@ from symkin.model.poses import (
     cross_matrices,
     nearest_rotation,
     poses_of,
-    rotations_from_vectors,
+    stepped,
+    tangents_of,
     transforms,
 )
 from symkin.model.settings import Frames, NoiseSettings
@@ -62,7 +63,7 @@ def _by_points(mechanism: Mechanism, setup: _core.Setup, measurements: Measureme
         return poses
     seen = motions_of(in_three(measurements.points), setup.points, mechanism.space)
     known = whole(seen.translation)
-    base = Transform(setup.base.rotation, setup.base.position).inverse
+    base = of_core(setup.base).inverse
     inside = base @ Transform(seen.rotation[known], seen.translation[known])
     poses[known] = poses_of(mechanism.pose_space, inside)
     return poses
@@ -111,13 +112,10 @@ def _followed(
         if not known.any():
             break
         inverse = np.linalg.pinv(np.where(known[:, None, None], by_pose / scale, 0.0), _OPEN)
-        tangents = np.zeros((len(poses), 6))
         moves = -np.einsum("nij,nj->ni", inverse, np.where(known[:, None], wanted, 0.0)) / scale
-        tangents[:, space.components] = moves
         if step == _PARTS and np.abs(moves * scale).max() < _STILL * length:
             break
-        turned = rotations_from_vectors(tangents[:, 3:]) @ at.rotation
-        at = Transform(turned, at.translation + tangents[:, :3])
+        at = stepped(at, tangents_of(space, moves))
         poses = poses_of(space.name, at)
     left, _ = _misfits(mechanism, setup, measurements, poses, at, there)
     reached = np.abs(left).max(axis=1) < _NEAR * length
@@ -148,7 +146,7 @@ def _misfits(
         by_pose = np.asarray(made.by_pose).reshape(len(poses), closures.shape[1], -1)
         misfits.append(np.where(read[:, None], closures, 0.0))
         rows.append(np.where(read[:, None, None], by_pose, 0.0))
-    base, target = (Transform(each.rotation, each.position) for each in (setup.base, setup.target))
+    base, target = of_core(setup.base), of_core(setup.target)
     seen = base @ platform @ target
     off = between(measured, seen)
     arms = np.einsum("nij,j->ni", platform.rotation, target.translation)
@@ -206,7 +204,7 @@ def setup_by_points(
         in_three(measurements.points),
         given,
         mechanism.space,
-        base=Transform(setup.base.rotation, setup.base.position),
+        base=of_core(setup.base),
         base_free=base,
         turned=turned,
     )
@@ -244,7 +242,7 @@ def _placed(
     return setup_with(
         setup,
         mechanism.straight,
-        base=_core.Frame(found.base.translation, found.base.rotation),
+        base=to_core(found.base),
         target=None if turn is None else _core.Frame(setup.target.position, turn),
         points=found.places,
     )

@@ -27,11 +27,12 @@ from symkin.model.mechanism import Mechanism
 from symkin.model.poses import (
     POSE_SPACES,
     PoseSpace,
+    Transform,
+    coordinates_of,
     poses_from_bounds,
     roll_pitch_yaw,
     rotations_from_quaternions,
     rotations_from_vectors,
-    vectors_from_rotations,
 )
 from symkin.model.settings import WorkspaceSettings
 from symkin.storage.toml_file import WrongValueError
@@ -294,8 +295,8 @@ class _Reader:
                 start = start @ self.scene.parts[name].frame
             if not np.allclose(start[:3, :3], np.eye(3), atol=_NOTHING):
                 raise SymkinError("has a platform that is turned before its joints move it")
-        tangent = np.hstack([placed[:3, 3], vectors_from_rotations(placed[None, :3, :3])[0]])
-        return [float(each) for each in tangent[self.space.components]]
+        motion = Transform(placed[None, :3, :3], placed[None, :3, 3])
+        return [float(each) for each in coordinates_of(self.space.name, motion)[0]]
 
     def _motion(self, joint: Moving) -> Array:
         moved = np.eye(4)

@@ -23,9 +23,9 @@ from symkin.files.declared_parts import (
 from symkin.model.declared import DeclaredChain, declare, declared_chain
 from symkin.model.poses import (
     POSE_SPACES,
+    coordinates_of,
     poses_from_bounds,
     transforms,
-    vectors_from_rotations,
 )
 from symkin.storage.quantities import evaluate_quantity
 from symkin.storage.toml_file import (
@@ -454,9 +454,8 @@ def _reading(chain: DeclaredChain, joint: int, name: str) -> DeclaredChain:
 
 def _bounds(pose_space: str, pose: list[float]) -> list[float]:
     """A pose as position and angle or rotation vector."""
-    motion = transforms(pose_space, np.array([pose]))
-    tangent = np.hstack([motion.translation, vectors_from_rotations(motion.rotation)])[0]
-    return [float(each) for each in tangent[POSE_SPACES[pose_space].components]]
+    coordinates = coordinates_of(pose_space, transforms(pose_space, np.array([pose])))
+    return [float(each) for each in coordinates[0]]
 
 
 def _home_joints(given: Any, builder: LegBuilder) -> tuple[list[float], list[bool]]:

@@ -41,8 +41,8 @@ def core_setup(
     return _core.Setup(
         mechanism.core,
         np.zeros((len(mechanism.legs), 3)) if curvature is None else np.asarray(curvature),
-        _core.Frame(base.translation, base.rotation),
-        _core.Frame(target.translation, target.rotation),
+        to_core(base),
+        to_core(target),
         _in_space(frames.points),
         _in_space(frames.anchors),
         plane,
@@ -83,7 +83,7 @@ def setup_with(
 def frames_of(mechanism: Mechanism, setup: _core.Setup) -> Frames:
     """What stands around the robot, as settings."""
     size, shown = mechanism.space.size, mechanism.space.frame_components
-    base, target = (_of_core(each).tangent[shown] for each in (setup.base, setup.target))
+    base, target = (of_core(each).tangent[shown] for each in (setup.base, setup.target))
     return Frames(
         base=tuple(base.tolist()),
         target=tuple(target.tolist()),
@@ -104,7 +104,7 @@ def scalar_values(setup: _core.Setup) -> Array:
     A frame's rotation is its rotation vector, while its column of the estimate moves it locally.
     """
     legs = np.hstack([setup.parameters, setup.curvature])
-    frames = [_of_core(each).tangent for each in (setup.base, setup.target)]
+    frames = [of_core(each).tangent for each in (setup.base, setup.target)]
     parts = [legs.ravel(), *frames, setup.points.ravel(), setup.anchors.ravel(), setup.plane]
     return np.concatenate(
         [*parts, setup.zeros, setup.leg_slopes.ravel(), setup.base_slopes.ravel()]
@@ -118,8 +118,14 @@ def _bed_of(setup: _core.Setup) -> tuple[float, ...]:
     return tuple(plane) if flat else (*plane, bow, setup.bed_radius)
 
 
-def _of_core(found: _core.Frame) -> Transform:
+def of_core(found: _core.Frame) -> Transform:
+    """A frame as a motion."""
     return Transform(found.rotation, found.position)
+
+
+def to_core(motion: Transform) -> _core.Frame:
+    """A single motion as a frame."""
+    return _core.Frame(motion.translation, motion.rotation)
 
 
 def _in_space(points: Sequence[Sequence[float]]) -> Array:

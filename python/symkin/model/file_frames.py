@@ -17,12 +17,12 @@ from symkin.model.poses import (
     POSE_SPACES,
     STAYS,
     Transform,
+    coordinates_of,
     in_plane,
     nearest_rotation,
     pose_rows,
     rotations_from_vectors,
     transforms,
-    vectors_from_rotations,
 )
 from symkin.model.settings import DrawnPoints, Frames, WorkspaceSettings
 from symkin.model.symmetry import detect_symmetry
@@ -445,13 +445,12 @@ def _moved(
 ) -> Array:
     """Coordinates (N, dof) of ``base @ pose @ tool^-1``."""
     found = base @ transforms(pose_space, coordinates) @ tool.inverse
-    vectors = vectors_from_rotations(found.rotation)
+    there = coordinates_of(pose_space, found)
     if pose_space == "planar":
-        vectors[:, 2] = coordinates[:, 2] + base.turn - tool.turn
+        there[:, 2] = coordinates[:, 2] + base.turn - tool.turn
     elif near is not None and POSE_SPACES[pose_space].has_quaternion:
-        vectors = _on_the_branch_of(near[-3:], vectors)
-    found_tangents = np.hstack([found.translation, vectors])
-    return np.asarray(found_tangents[:, POSE_SPACES[pose_space].components])
+        there[:, -3:] = _on_the_branch_of(near[-3:], there[:, -3:])
+    return there
 
 
 def _frame_motion(nominal: Mechanism, made: Mechanism, end: str) -> Transform:

@@ -160,14 +160,15 @@ class Transform(NamedTuple):
 
     @property
     def tangent(self) -> Array:
-        """Translation (m) and rotation vector (rad) of a single motion, shape (6,)."""
-        turn = vectors_from_rotations(self.rotation[None])[0]
-        return np.concatenate([self.translation, turn])
+        """Translations (m) and rotation vectors (rad), shape (..., 6)."""
+        turns = vectors_from_rotations(self.rotation.reshape(-1, 3, 3))
+        return np.concatenate([self.translation, turns.reshape(self.translation.shape)], axis=-1)
 
     @property
-    def turn(self) -> float:
-        """The angle of a single motion in the plane, rad."""
-        return float(np.arctan2(self.rotation[1, 0], self.rotation[0, 0]))
+    def turn(self) -> Array:
+        """Angles about z, rad, of the turns about z that are nearest to the rotations."""
+        r = self.rotation
+        return np.asarray(np.arctan2(r[..., 1, 0] - r[..., 0, 1], r[..., 0, 0] + r[..., 1, 1]))
 
 
 STAYS = Transform(np.eye(3), np.zeros(3))  # no motion
@@ -323,19 +324,30 @@ def poses_from_bounds(pose_space: str, values: ArrayLike) -> Array:
 def transforms(pose_space: str, poses: Array) -> Transform:
     """Poses, or coordinates of a workspace's bounds, as motions from platform to base frame."""
     space = POSE_SPACES[pose_space]
-    tangents = np.zeros((len(poses), 6))
     if space.has_quaternion and poses.shape[1] == space.coordinates:
-        tangents[:, : space.size] = poses[:, : space.size]
-        return Transform(rotations_from_quaternions(poses[:, space.size :]), tangents[:, :3])
-    tangents[:, space.components] = poses
+        places = np.zeros((len(poses), 3))
+        places[:, : space.size] = poses[:, : space.size]
+        return Transform(rotations_from_quaternions(poses[:, space.size :]), places)
+    tangents = tangents_of(space, poses)
     return Transform(rotations_from_vectors(tangents[:, 3:]), tangents[:, :3])
+
+
+def coordinates_of(pose_space: str, motions: Transform) -> Array:
+    """Motions from platform to base frame as coordinates of bounds, shape (N, dof).
+
+    Of a motion that leaves what the platform does, such as a tilted one of a platform that turns
+    about z, those of the pose from which `between` finds no way in these coordinates.
+    """
+    space = POSE_SPACES[pose_space]
+    values = np.asarray(motions.tangent[:, space.components])
+    if space.has_angle:
+        values[:, -1] = motions.turn
+    return values
 
 
 def poses_of(pose_space: str, motions: Transform) -> Array:
     """Motions from platform to base frame as poses, shape (N, coordinates)."""
-    vectors = vectors_from_rotations(motions.rotation)
-    values = np.hstack([motions.translation, vectors])[:, POSE_SPACES[pose_space].components]
-    return poses_from_bounds(pose_space, values)
+    return poses_from_bounds(pose_space, coordinates_of(pose_space, motions))
 
 
 def frame(pose_space: str, values: Sequence[float]) -> Transform:
@@ -356,9 +368,26 @@ def moved(base: Transform, poses: Transform, tool: Transform, wanted: Transform)
 
 
 def between(wanted: Transform, found: Transform) -> Array:
-    """Tangents (N, 6) from one motion to another: m, rad."""
+    """Tangents (..., 6) from one motion to another, m and rad: `stepped` takes them."""
     turned = found.rotation @ np.swapaxes(wanted.rotation, -1, -2)
-    return np.hstack([found.translation - wanted.translation, vectors_from_rotations(turned)])
+    return Transform(turned, found.translation - wanted.translation).tangent
+
+
+def tangents_of(space: PoseSpace, changes: Array) -> Array:
+    """Changes of the coordinates of bounds (N, dof) as tangents in space (N, 6)."""
+    made = np.zeros((len(changes), 6))
+    made[:, space.components] = changes
+    return made
+
+
+def stepped(motions: Transform, tangents: Array) -> Transform:
+    """Motions, each turned about its own place and moved by a tangent (..., 6), m and rad.
+
+    As `between` tells of them: in the frame in which the motions are given.
+    """
+    turns = rotations_from_vectors(tangents[..., 3:].reshape(-1, 3))
+    turned = turns.reshape(*tangents.shape[:-1], 3, 3) @ motions.rotation
+    return Transform(turned, motions.translation + tangents[..., :3])
 
 
 def in_plane(matrix: Array) -> Array:
