@@ -29,6 +29,10 @@ __all__ = [
 ]
 
 
+# What can be in error of a pose, with the units.
+POSE_ERRORS = (("position", "m"), ("orientation", "rad"))
+
+
 class PoseSpace(NamedTuple):
     """What the poses of a kind of platform are made of.
 
@@ -82,8 +86,8 @@ class PoseSpace(NamedTuple):
     @property
     def errors(self) -> list[tuple[str, str]]:
         """What can be in error of a pose, "position" and "orientation", with the units."""
-        position, orientation = ("position", "m"), ("orientation", "rad")
-        return [position] * self.moves + [orientation] * self.turns
+        has = (self.moves, self.turns)
+        return [each for each, there in zip(POSE_ERRORS, has, strict=True) if there]
 
     @property
     def turns(self) -> bool:

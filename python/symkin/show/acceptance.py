@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 
 from symkin.acceptance import ABOUT, Acceptance, Comparison, Judged
+from symkin.model.poses import POSE_ERRORS
 from symkin.present import Group, Headline, Page, Section, Table, Verdict, page_of
 from symkin.show.units import on_paper
 from symkin.show.wording import NONE, milli, percent, place, plural, quantity, significant
@@ -139,7 +140,7 @@ def _poses(found: Acceptance) -> Table:
             )
         cells += [
             NONE if limits is None else milli(limits.upper, unit)
-            for kind, unit in (("position", "m"), ("orientation", "rad"))
+            for kind, unit in POSE_ERRORS
             if kind in kinds
             for limits in (getattr(each, kind),)
         ]
@@ -229,7 +230,7 @@ def comparison_of_calibrations_page(found: Comparison) -> Page:
     else:
         judgement = "The two calibrations agree: nothing has moved by more than noise."
     headlines: list[Headline] = []
-    for kind, unit in (("position", "m"), ("orientation", "rad")):
+    for kind, unit in POSE_ERRORS:
         value, noise = getattr(found, kind), getattr(found, f"{kind}_by_noise")
         if value > 0 and noise > 0:
             remark = (

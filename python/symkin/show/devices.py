@@ -5,11 +5,12 @@ from __future__ import annotations
 
 from symkin.model.devices import DEVICES, Device
 from symkin.model.mechanism import Mechanism
+from symkin.model.poses import POSE_ERRORS
 from symkin.model.settings import Frames
 from symkin.show.wording import given
 
 _WAYS = {"there_and_back": "there and back", "travel": "by the shortest way", "sets": "set by set"}
-_UNITS = {"position": "m", "orientation": "rad", "per_metre": "m"}
+_UNITS = {**dict(POSE_ERRORS), "per_metre": "m"}
 
 
 def device_in_words(device: Device) -> str:

@@ -15,6 +15,7 @@ from symkin.guided import Ask, Progress, Session, Verdict
 from symkin.guided.knowledge import LEAST_DEGREES
 from symkin.guided.session import ROBOT, TABLE
 from symkin.model.file_frames import as_drawn
+from symkin.model.poses import POSE_ERRORS
 from symkin.options import OPTIONS
 from symkin.shell import typed_word
 from symkin.show.units import on_paper
@@ -48,7 +49,7 @@ def begun_text(session: Session) -> list[str]:
 def progress_text(session: Session, progress: Progress) -> str:
     """How far a session is, in one or two lines."""
     parts = []
-    for kind, unit in (("position", "m"), ("orientation", "rad")):
+    for kind, unit in POSE_ERRORS:
         wanted = session.target.wanted.get(kind)
         if wanted is None:
             continue
@@ -282,7 +283,7 @@ def _hidden(session: Session, progress: Progress) -> list[str]:
         return []
     left = [
         f"{milli(getattr(slip, kind), unit)} of {_named(session, kind)}"
-        for kind, unit in (("position", "m"), ("orientation", "rad"))
+        for kind, unit in POSE_ERRORS
         if getattr(slip, kind) > session.target.wanted.get(kind, math.inf)
     ]
     if not left:
@@ -303,11 +304,11 @@ def _named(session: Session, kind: str) -> str:
 
 
 def _wanted(session: Session, progress: Progress, of: str) -> list[str]:
-    units = {"position": "m", "orientation": "rad"}
     return [
-        f"  {_named(session, kind)}: {milli(getattr(progress, f'{kind}_{of}'), units[kind])} of "
-        f"{milli(value, units[kind])} wanted"
-        for kind, value in session.target.wanted.items()
+        f"  {_named(session, kind)}: {milli(getattr(progress, f'{kind}_{of}'), unit)} of "
+        f"{milli(session.target.wanted[kind], unit)} wanted"
+        for kind, unit in POSE_ERRORS
+        if kind in session.target.wanted
     ]
 
 
