@@ -15,13 +15,13 @@ from symkin.data.reading import MeasuredSessions
 from symkin.estimate.estimate import Estimate
 from symkin.estimate.identification import identify
 from symkin.estimate.options import Estimator, Loss, PoseUse
-from symkin.estimate.unknowns import Gauge, LossPer, Priors, Sensor
+from symkin.estimate.unknowns import Priors
 from symkin.files.mechanism_file import read_mechanism
 from symkin.files.mechanism_writer import save_mechanism
 from symkin.guided import beginning
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import NoiseSettings
-from symkin.options import Coordinates, checks
+from symkin.options import Coordinates, Gauge, LossPer, Sensor, checks
 from symkin.pipeline import ProtocolResult, run_protocol, saved_estimate
 from symkin.planning import making, simulation
 from symkin.planning.selection import Criterion, Design, SelectionMethod

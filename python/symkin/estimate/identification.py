@@ -21,18 +21,11 @@ from symkin.estimate.cross_validation import CrossValidation, cross_validation_o
 from symkin.estimate.estimate import Estimate
 from symkin.estimate.options import EstimateOptions, Estimator, Loss, PoseUse
 from symkin.estimate.survey import check_coordinates
-from symkin.estimate.unknowns import (
-    Gauge,
-    LossPer,
-    Priors,
-    Sensor,
-    noise_of_file,
-    with_file_settings,
-)
+from symkin.estimate.unknowns import Priors, noise_of_file, with_file_settings
 from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import IdentificationSettings, NoiseSettings, unusual
-from symkin.options import Coordinates, checks
+from symkin.options import Coordinates, Gauge, LossPer, Sensor, checks
 
 Nominal = TypeVar("Nominal", bound=Mechanism, default=Mechanism)
 

@@ -12,10 +12,21 @@ from symkin.analysis.promises import CONFIDENCE
 from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError, one_of
 from symkin.estimate.covariates import Covariate, covariates_of, steps_of
-from symkin.estimate.unknowns import Gauge, LossPer, Priors, Sensor
+from symkin.estimate.unknowns import Priors
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import NoiseSettings
-from symkin.options import Coordinates, Estimator, Loss, Moving, PoseUse, SessionsOwn, flags_of
+from symkin.options import (
+    Coordinates,
+    Estimator,
+    Gauge,
+    Loss,
+    LossPer,
+    Moving,
+    PoseUse,
+    Sensor,
+    SessionsOwn,
+    flags_of,
+)
 from symkin.shell import typed_word
 from symkin.storage.quantities import evaluate_quantity
 from symkin.values import Value, record

@@ -10,8 +10,9 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from symkin.estimate.problem import UNSEEN
+from symkin.estimate.scalars import CONSTANT, REDUNDANT
 from symkin.estimate.sharing import sum_in_words
-from symkin.estimate.unknowns import CONSTANT, REDUNDANT, Layout
+from symkin.estimate.unknowns import Layout
 from symkin.model.chains import CURVATURE_TERMS
 from symkin.model.core_setup import core_setup, scalar_values
 from symkin.model.mechanism import Mechanism

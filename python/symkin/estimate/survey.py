@@ -31,13 +31,13 @@ from symkin.estimate.covariates import Covariate, observations_of, slopes_of
 from symkin.estimate.options import EstimateOptions
 from symkin.estimate.problem import Problem, layout_of, says_nothing, what_holds
 from symkin.estimate.starting import starting_poses
-from symkin.estimate.unknowns import BED, SAG, SCALE, Layout, Priors, Sensor, with_file_settings
+from symkin.estimate.unknowns import BED, SAG, SCALE, Layout, Priors, with_file_settings
 from symkin.estimate.whitened import typical_sizes
 from symkin.model.core_setup import core_setup, scalar_values
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import frame, pose_rows, transforms
 from symkin.model.settings import Frames, height_of_bed, unusual
-from symkin.options import Coordinates
+from symkin.options import Coordinates, Sensor
 from symkin.values import Array, Value, field, record
 
 FIRST_ROW = 2  # of a table that symkin writes, below its header

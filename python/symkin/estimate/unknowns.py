@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What is unknown of a robot as it is measured: names, patterns, and the columns they make."""
+"""What is unknown of a robot as it is measured: the columns that its scalars make."""
 
 from __future__ import annotations
 
@@ -12,34 +12,34 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin import _core
-from symkin.errors import SymkinError, did_you_mean, one_of
+from symkin.errors import SymkinError, one_of
+from symkin.estimate.scalars import (
+    BOW,
+    CLOCK,
+    Names,
+    reasons_held,
+    sorts_of,
+    tolerances_of,
+    units_of,
+)
 from symkin.estimate.sharing import followers_by_role, written_tie
 from symkin.estimate.ties import Equation, Solved, equations_of, solved
-from symkin.model.chains import ABSENT, CURVATURE_TERMS
+from symkin.model.chains import CURVATURE_TERMS
 from symkin.model.core_setup import scalar_values
 from symkin.model.mechanism import Mechanism
 from symkin.model.settings import IdentificationSettings
-from symkin.model.tolerances import parameter_tolerances
-from symkin.options import Frame, Gauge, LossPer, Prior, Sensor
+from symkin.options import Frame, Prior, Sensor
 from symkin.storage.quantities import evaluate_quantity
 from symkin.values import Array, Value, field, record
 
 __all__ = [
     "BED",
-    "BOW",
-    "CONSTANT",
     "FRAMES",
-    "REDUNDANT",
     "SAG",
     "SCALE",
-    "Gauge",
     "Layout",
-    "LossPer",
     "Priors",
-    "Sensor",
-    "matches_name",
     "noise_of_file",
-    "slope_units",
     "widening_of",
     "with_file_settings",
 ]
@@ -52,13 +52,9 @@ _CURVATURE = {
     "quadratic": ("sensor_quadratic",),
     "eccentric": ("sensor_cosine", "sensor_sine"),
 }
-CONSTANT = "a constant of the description"
-REDUNDANT = "since the sensor's offset does the same"
 SCALE, BED, SAG = "scale", "bed", "sag"  # what may be assumed besides scalars
-BOW = "plane.bow"
 _NO_TOLERANCE = 1e-6  # m or rad: next to what is made within a tolerance, as good as held
 _WEAK = 1e-6  # of a tolerance that is no prior, next to those that are
-CLOCK = "clock"  # of the slopes that a clock's offset is
 
 
 @record
@@ -154,19 +150,19 @@ class Layout(Value):
         """
         scalars = tuple(_core.unknown_names(mechanism.core, setup))
         per = per or {}
-        units = _units(mechanism, scalars, per)
+        units = units_of(mechanism, scalars, per)
         one_of("sensor", sensor, Sensor)
-        always_held = _always_held(mechanism, scalars)
+        always_held = reasons_held(mechanism, scalars)
         given = [
             name
             for leg in range(len(mechanism.legs))
             for name, role in mechanism.leg_info(leg).parameter_roles.items()
             if role.is_given
         ]
-        names = _Names(scalars, _CURVATURE[sensor], always_held, given)
+        names = Names(scalars, _CURVATURE[sensor], always_held, given)
         chosen = _chosen_frames(names, frames) | _curved(mechanism, names, sensor)
         chosen |= names.matching("free", free) if free is not None else names.of_legs
-        sorts = _sorts(mechanism, scalars, units)
+        sorts = sorts_of(mechanism, scalars, units)
         slopes = {i for i, name in enumerate(scalars) if per.keys() & {*name.split(".")}}
         named = [*(free or ()), *(prior if isinstance(prior, Mapping) else ())]
         named = [each for each in named if "session" in each]
@@ -209,7 +205,7 @@ class Layout(Value):
         made = cls(
             scalars=scalars,
             units=units,
-            tolerances=_tolerances(
+            tolerances=tolerances_of(
                 mechanism, scalars, largest_readings or [1.0] * len(mechanism.legs)
             ),
             always_held=always_held,
@@ -403,7 +399,7 @@ class Layout(Value):
             columns = self.column[np.isfinite(known) & (self.column >= 0)]
             has_none = np.isinf(known) & ~np.isin(self.column, columns) & (self.tolerances > 0)
             return replace(self, deviations=np.where(has_none, self.tolerances, known))._settled()
-        names = _Names(self.scalars, CURVATURE_TERMS, self.always_held)
+        names = Names(self.scalars, CURVATURE_TERMS, self.always_held)
         for pattern, given in prior.items():
             for scalar in sorted(names.matching("prior", [pattern])):
                 if scalar in self.roles:
@@ -428,7 +424,7 @@ class Layout(Value):
             For a pattern that matches nothing, or nothing that is held; a deviation that is none,
             or a bare number for scalars of several units.
         """
-        names = _Names(self.scalars, (), self.always_held)
+        names = Names(self.scalars, (), self.always_held)
         held_ones = np.flatnonzero(~self.by_columns.any(axis=1)).tolist()
         found: dict[str, tuple[str, float]] = {}
         for pattern, given in assume.items():
@@ -488,83 +484,13 @@ class Layout(Value):
         )._settled()
 
 
-class _Names:
-    """Names of scalars, and what patterns match of them.
-
-    Terms of curvature that the sensors are not said to have are matched by their full names alone;
-    what is never free is not matched at all.
-    """
-
-    def __init__(
-        self,
-        scalars: Sequence[str],
-        terms: Sequence[str],
-        always_held: Sequence[str],
-        given: Sequence[str] = (),
-    ) -> None:
-        self.scalars = scalars
-        self.always_held = always_held
-        self.silent = ({*CURVATURE_TERMS} - {*terms}) | {BOW.rpartition(".")[2]}
-        self.index = {name: i for i, name in enumerate(scalars) if name}
-        self.of_legs = {
-            i
-            for name, i in self.index.items()
-            if name.startswith("leg")
-            and name.partition(".")[2] not in (*CURVATURE_TERMS, *given)
-            and not always_held[i]
-        }
-
-    def matching(
-        self, option: str, patterns: Sequence[str], others: Sequence[str] = ()
-    ) -> set[int]:
-        """Scalars that match any of the patterns; each must match one.
-
-        Without a dot a pattern is of a parameter in any leg, or of a whole block. `others` are
-        further words that may be meant.
-        """
-        if isinstance(patterns, str):
-            patterns = [patterns]
-        found: set[int] = set()
-        for pattern in patterns:
-            matched = {
-                i
-                for name, i in self.index.items()
-                if matches_name(name, pattern)
-                and (name.rpartition(".")[2] not in self.silent - {pattern.rpartition(".")[2]})
-            }
-            if not matched:
-                parts = dict.fromkeys(
-                    part
-                    for name in self.index
-                    for part in ((*name.split("."), name) if name[:3] == "leg" else (name,))
-                )
-                raise SymkinError(
-                    f'{option} "{pattern}" matches no unknown of this mechanism'
-                    f"{did_you_mean(pattern, [*parts, *others])}"
-                )
-            may_be_free = {i for i in matched if not self.always_held[i]}
-            if not may_be_free and option != "fixed":
-                name, reason = (each[min(matched)] for each in (self.scalars, self.always_held))
-                raise SymkinError(f'{option} "{pattern}": {name} is held, {reason}')
-            found |= may_be_free
-        return found
-
-
 def widening_of(covariance: Array) -> float:
     """Times the deviation of each variable at which normal ones of its own never say too much."""
     own = np.sqrt(np.diag(covariance))
     return float(np.sqrt(np.linalg.eigvalsh(covariance / np.outer(own, own))[-1]))
 
 
-def matches_name(name: str, pattern: str) -> bool:
-    """Whether a scalar has such a name; without a dot, of a block or in any leg."""
-    if "." in pattern:
-        return fnmatchcase(name, pattern)
-    block, _, own = name.partition(".")
-    return fnmatchcase(block, pattern) or (block[:3] == "leg" and fnmatchcase(own, pattern))
-
-
-def _chosen_frames(names: _Names, frames: Sequence[str]) -> set[int]:
+def _chosen_frames(names: Names, frames: Sequence[str]) -> set[int]:
     chosen: set[int] = set()
     for each in [frames] if isinstance(frames, str) else frames:
         one_of("frames", each, FRAMES)
@@ -582,7 +508,7 @@ def _chosen_frames(names: _Names, frames: Sequence[str]) -> set[int]:
     return chosen
 
 
-def _placeless(mechanism: Mechanism, names: _Names) -> set[int]:
+def _placeless(mechanism: Mechanism, names: Names) -> set[int]:
     """Coordinates of points whose places nobody gave.
 
     Where a platform never turns, the base's frame does what the first of them would.
@@ -594,7 +520,7 @@ def _placeless(mechanism: Mechanism, names: _Names) -> set[int]:
     return {i for name, i in names.index.items() if name.partition(".")[0] in open_}
 
 
-def _curved(mechanism: Mechanism, names: _Names, sensor: Sensor) -> set[int]:
+def _curved(mechanism: Mechanism, names: Names, sensor: Sensor) -> set[int]:
     if sensor == "eccentric" and mechanism.reading_unit != "rad":
         raise SymkinError(
             'sensor "eccentric" has a period of one turn, but the sensors of this mechanism read '
@@ -604,7 +530,7 @@ def _curved(mechanism: Mechanism, names: _Names, sensor: Sensor) -> set[int]:
 
 
 def _tie(
-    names: _Names, pattern: str, sorts: Sequence[tuple[object, ...]], asked: Sequence[str]
+    names: Names, pattern: str, sorts: Sequence[tuple[object, ...]], asked: Sequence[str]
 ) -> set[int]:
     """Scalars that a pattern shares; those of different sorts would each be by themselves."""
     tie = names.matching("shared", [pattern])
@@ -620,14 +546,14 @@ def _tie(
     return tie
 
 
-def _of_one_leg(mechanism: Mechanism, names: _Names) -> dict[int, int]:
+def _of_one_leg(mechanism: Mechanism, names: Names) -> dict[int, int]:
     """Scalars that are those of another reading of the same leg, and which."""
     pairs = [tie.split(" = ") for tie in mechanism.ties]
     return {names.index[same]: names.index[first] for first, same in pairs}
 
 
 def _tie_instead(
-    names: _Names, first: int, sorts: Sequence[tuple[object, ...]], asked: Sequence[int]
+    names: Names, first: int, sorts: Sequence[tuple[object, ...]], asked: Sequence[int]
 ) -> str:
     """Say how two names are tied: with what was asked for as well, or the same of another leg."""
     alike = [i for i, sort in enumerate(sorts) if sort == sorts[first]]
@@ -641,7 +567,7 @@ def _tie_instead(
 
 def _equations(
     mechanism: Mechanism,
-    names: _Names,
+    names: Names,
     units: Sequence[str],
     ties: Sequence[str],
     values: Mapping[str, float],
@@ -673,7 +599,7 @@ def _off(bound: Solved, scalars: Sequence[str], values: Mapping[str, float]) -> 
 
 def _near(
     tie: Equation,
-    names: _Names,
+    names: Names,
     units: Sequence[str],
     values: Mapping[str, float],
     by: Array,
@@ -688,13 +614,13 @@ def _near(
     return factors, drawn - tie.constant, _deviation(tie.text, tie.within, unit, "width of tie")
 
 
-def _refuse_twice(names: _Names, scalars: set[int]) -> None:
+def _refuse_twice(names: Names, scalars: set[int]) -> None:
     if scalars:
         raise SymkinError(f"{names.scalars[min(scalars)]} is shared and tied; expected one of both")
 
 
 def _groups(
-    names: _Names, ties: Sequence[set[int]], chosen: set[int], sorts: Sequence[object]
+    names: Names, ties: Sequence[set[int]], chosen: set[int], sorts: Sequence[object]
 ) -> list[list[int]]:
     """Scalars of each column, in the order of the scalars: tied where they are of one sort."""
     group_of: dict[int, tuple[int, object]] = {}
@@ -709,7 +635,7 @@ def _groups(
     return list(groups.values())
 
 
-def _name(names: _Names, members: Sequence[int]) -> str:
+def _name(names: Names, members: Sequence[int]) -> str:
     first = names.scalars[members[0]]
     if first.startswith(f"{CLOCK}_"):
         return CLOCK
@@ -720,110 +646,6 @@ def _name(names: _Names, members: Sequence[int]) -> str:
     if len(members) == alike:
         return own
     return "+".join(names.scalars[i].partition(".")[0] for i in members) + f".{own}"
-
-
-def _sorts(
-    mechanism: Mechanism, scalars: Sequence[str], units: Sequence[str]
-) -> tuple[tuple[object, ...], ...]:
-    """What scalars have in common that can be shared: name and unit, and what the name means."""
-    sorts: list[tuple[object, ...]] = []
-    # A radius beside a height is another one than beside a polar angle.
-    kinds: dict[tuple[int | None, str], set[str]] = {}
-    for number in range(len(mechanism.legs)):
-        for each in mechanism.leg_info(number).parameter_roles.values():
-            kinds.setdefault((number, each.end), set()).add(each.kind)
-    for name, unit in zip(scalars, units, strict=True):
-        block, _, own = name.partition(".")
-        leg = int(block[3:]) - 1 if block.startswith("leg") else None
-        roles = {} if leg is None else mechanism.leg_info(leg).parameter_roles
-        role = roles.get(own, ABSENT)
-        beside = frozenset(kinds.get((leg, role.end), ()) if role.end != "none" else ())
-        own = CLOCK if block == f"{CLOCK}_{own}" else own
-        sorts.append((own, unit, role, beside))
-    return tuple(sorts)
-
-
-def slope_units(
-    mechanism: Mechanism, names: Sequence[str], per: Mapping[str, str]
-) -> tuple[str, ...]:
-    """Units of slopes, or of frames, by their names; `per` are those of their covariates."""
-
-    def unit(name: str) -> str:
-        block, _, own = name.partition(".")
-        if own == "growth":
-            return f"1/{per[own]}" if per[own] else ""
-        if CLOCK in (block.partition("_")[0], own):
-            return "s"
-        if block.startswith("leg"):
-            return mechanism.reading_unit
-        return "rad" if own in ("phi", "rx", "ry", "rz") else "m"
-
-    return tuple(map(unit, names))
-
-
-def _units(mechanism: Mechanism, scalars: Sequence[str], per: Mapping[str, str]) -> tuple[str, ...]:
-    """Of each scalar."""
-    of_legs = []
-    for leg in range(len(mechanism.legs)):
-        own = dict(zip(mechanism.parameter_names, mechanism.parameter_units(leg), strict=True))
-        joint = own["sensor_offset"]
-        own |= {
-            "sensor_quadratic": f"{joint}/{mechanism.reading_unit}\u00b2",
-            "sensor_cosine": joint,
-            "sensor_sine": joint,
-        }
-        of_legs.append(own)
-
-    def unit(name: str) -> str:
-        block, _, own = name.partition(".")
-        if block.startswith("leg") and not per.keys() & {block, own}:
-            return of_legs[int(block[3:]) - 1][own]
-        if block == "plane":
-            return "m" if own in ("c0", "bow") else ""
-        return slope_units(mechanism, [name], per)[0]
-
-    return tuple(map(unit, scalars))
-
-
-def _always_held(mechanism: Mechanism, scalars: Sequence[str]) -> tuple[str, ...]:
-    columns = {name: i for i, name in enumerate(mechanism.parameter_names)}
-    roles = [mechanism.parameter_roles(leg) for leg in range(len(mechanism.legs))]
-    estimated = mechanism.is_estimated
-    reasons = []
-    for name in scalars:
-        block, _, own = name.partition(".")
-        reason = ""
-        if block.startswith("leg") and own in columns:
-            leg, column = int(block[3:]) - 1, columns[own]
-            if roles[leg][column].is_constant:
-                reason = CONSTANT
-            elif not (estimated[leg, column] or roles[leg][column].is_given):
-                reason = REDUNDANT
-        reasons.append(reason)
-    return tuple(reasons)
-
-
-def _tolerances(
-    mechanism: Mechanism, scalars: Sequence[str], largest_readings: Sequence[float]
-) -> Array:
-    """Tolerance of every scalar; none of what no drawing shows: frames, points without a place."""
-    by_leg = []
-    for leg, row in enumerate(parameter_tolerances(mechanism).tolist()):
-        angular = mechanism.leg_info(leg).reading_unit == "rad"
-        joint = mechanism.tolerances.angle if angular else mechanism.tolerances.length
-        curved = dict.fromkeys(CURVATURE_TERMS, joint) | {
-            "sensor_quadratic": joint / max(largest_readings[leg], 1e-9) ** 2
-        }
-        by_leg.append(dict(zip(mechanism.parameter_names, row, strict=True)) | curved)
-    points = mechanism.frames.points if mechanism.frames else ()
-    values = np.zeros(len(scalars))
-    for i, name in enumerate(scalars):
-        block, _, own = name.partition(".")
-        if block.startswith("leg"):
-            values[i] = by_leg[int(block[3:]) - 1].get(own, 0.0)
-        elif block.startswith("point") and points[int(block[5:]) - 1]:
-            values[i] = mechanism.tolerances.length
-    return values
 
 
 def _is_of(given: float | str, unit: str) -> bool:

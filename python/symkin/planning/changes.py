@@ -14,7 +14,7 @@ from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError
 from symkin.estimate.changes import Changes
 from symkin.estimate.covariates import covariates_of, slopes_of
-from symkin.estimate.unknowns import matches_name, slope_units
+from symkin.estimate.scalars import matches_name, slope_units
 from symkin.model.core_setup import core_setup, scalar_names
 from symkin.model.mechanism import Mechanism
 from symkin.storage.quantities import evaluate_quantity

@@ -32,7 +32,7 @@ from symkin.estimate.fit import FALSE_ALARMS
 from symkin.estimate.found import Found
 from symkin.estimate.kept import once
 from symkin.estimate.problem import own_readings
-from symkin.estimate.unknowns import slope_units
+from symkin.estimate.scalars import slope_units
 from symkin.model.core_setup import core_setup, scalar_names
 from symkin.model.framing import framed, unframed
 from symkin.model.poses import Transform, between, frame, transforms

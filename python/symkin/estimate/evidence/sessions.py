@@ -23,8 +23,8 @@ from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.evidence.residuals import ALARMS
 from symkin.estimate.fit import FALSE_ALARMS
 from symkin.estimate.found import Found
+from symkin.estimate.scalars import slope_units
 from symkin.estimate.solution import together
-from symkin.estimate.unknowns import slope_units
 from symkin.values import Array, Value, record
 
 _NAMED = 0.01  # p of a block with the other taken out, below which it is named
