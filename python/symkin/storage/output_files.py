@@ -28,6 +28,7 @@ except ImportError:  # Windows, where files can be locked, and folders cannot
 # The process that writes is named for whoever finds its files after it was killed.
 _STAGE = ".symkin-"
 _UNFINISHED = "symkin-unfinished-"
+_FILES = (".toml", ".csv", ".json", ".html", ".parquet", ".cfg", ".xml", ".txt", ".log")
 _DISK_FAILS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 
 # Those of this process. What is written in one is moved as a whole, whoever writes it.
@@ -102,6 +103,11 @@ class OutputFiles:
         """
         if path in _open_stages:
             return path
+        if path.suffix.lower() in _FILES and not path.exists():
+            raise SymkinError(
+                f"{path}: is to be a folder, for several files; choose a name without "
+                f'"{path.suffix}"'
+            )
         self._claim(path, *names)
         if path.exists() and not path.is_dir():
             raise SymkinError(f"{path}: is not a folder; choose another place")

@@ -57,6 +57,8 @@ def test_targets_are_refused_when_they_are_named(tmp_path: Path) -> None:
     with OutputFiles(overwrite=True) as outputs:
         with pytest.raises(SymkinError, match="is not a folder"):
             outputs.folder(tmp_path / "file")
+        with pytest.raises(SymkinError, match=r'is to be a folder, .* without ".toml"'):
+            outputs.folder(tmp_path / "calibrated.toml")
         with pytest.raises(SymkinError, match="is a folder; expected a file"):
             outputs.file(tmp_path / "folder")
         with pytest.raises(SymkinError, match="cannot be written to: "):
