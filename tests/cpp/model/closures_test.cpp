@@ -60,8 +60,23 @@ struct SliderOnPlatform
   }
 };
 
+// The same leg, its second closure with a share of the first: the reading shows in both.
+struct SharedReading : SliderOnPlatform {
+  template <typename G, typename T, typename Q>
+  static auto closure(const Geometry<G>& geometry, const Pose<T>& pose, const Q& q) {
+    auto [along, across] = SliderOnPlatform::closure<G>(geometry, pose, q);
+    using H = decltype(along);
+    return std::array<H, 2>{along, H(across + (pose.x - 0.4) * along)};
+  }
+};
+
 const ChainModel& model() {
   static const LegModelOf<SliderOnPlatform> instance;
+  return instance;
+}
+
+const ChainModel& shared_model() {
+  static const LegModelOf<SharedReading> instance;
   return instance;
 }
 
@@ -128,7 +143,7 @@ TEST(TwoClosures, HaveTheDerivativesThatDifferencesShow) {
   EXPECT_LT((by_pose.by_reading - rows.by_reading).cwiseAbs().maxCoeff(), 1e-15);
 }
 
-TEST(TwoClosures, AreWhitenedWithTheErrorOfTheReadingThatTheyShare) {
+void expect_whitened_together(const ChainModel& model) {
   MeasurementNoise noise;
   noise.reading = 3e-4;
   RowMatrix parameters(2, 6);
@@ -137,8 +152,7 @@ TEST(TwoClosures, AreWhitenedWithTheErrorOfTheReadingThatTheyShare) {
   readings << kReadings, kReadings.reverse();
   readings(1, 0) = std::numeric_limits<double>::quiet_NaN();  // a pose of one leg alone
   const MeasurementSet measurements{open_poses(), readings, {-1, -1, -1}};
-  const Mechanism mechanism("2-RP", model(),
-                            {{kParameters, 1}, {parameters.row(1).transpose(), 1}});
+  const Mechanism mechanism("2-RP", model, {{kParameters, 1}, {parameters.row(1).transpose(), 1}});
   const WhitenedClosures system =
       whiten_closures(mechanism, measurements, {0, 1}, noise, LinearisedAt::measured);
   ASSERT_EQ(system.residual.size(), 4 + 2 + 4);
@@ -150,8 +164,8 @@ TEST(TwoClosures, AreWhitenedWithTheErrorOfTheReadingThatTheyShare) {
   Eigen::MatrixXd by_parameters = Eigen::MatrixXd::Zero(4, 12);
   for (Index leg = 0; leg < 2; ++leg) {
     ClosureRows rows;
-    model().linearise(parameters.row(leg).transpose(), open_poses().row(2),
-                      readings.col(leg).tail<1>(), rows);
+    model.linearise(parameters.row(leg).transpose(), open_poses().row(2),
+                    readings.col(leg).tail<1>(), rows);
     h.segment(2 * leg, 2) = rows.closure;
     by_pose.middleRows(2 * leg, 2) = rows.by_pose;
     by_reading.block(2 * leg, leg, 2, 1) = rows.by_reading;
@@ -164,6 +178,19 @@ TEST(TwoClosures, AreWhitenedWithTheErrorOfTheReadingThatTheyShare) {
   EXPECT_LT((factor * factor.transpose() - covariance).norm(), 1e-15);
   EXPECT_LT((factor * system.residual.tail(4) - h).norm(), 1e-14);
   EXPECT_LT((factor * system.jacobian.bottomRows(4) - by_parameters).norm(), 1e-13);
+}
+
+TEST(TwoClosures, AreWhitenedWithTheErrorOfTheReadingThatTheyShare) {
+  expect_whitened_together(model());
+}
+
+TEST(TwoClosures, AreWhitenedWhereTheReadingShowsInBoth) {
+  ClosureRows rows;
+  shared_model().linearise(kParameters, open_poses(), kReadings, rows);
+  for (Index i = 0; i < 3; ++i) {
+    EXPECT_GT(std::abs(rows.by_reading[2 * i + 1]), 0.1 * std::abs(rows.by_reading[2 * i]));
+  }
+  expect_whitened_together(shared_model());
 }
 
 TEST(TwoClosures, KeepTheirSizesUnderEverySymmetry) {
