@@ -184,9 +184,7 @@ class Knowledge:
         self, count: int, without: tuple[int, ...], lines: tuple[str, ...], factor: float | None
     ) -> Known:
         """The same with steps from these lines on; what was asked for lately is remembered."""
-        rows = tuple(
-            place for place in self._table.counting if place < count and place not in without
-        )
+        rows = tuple(self._table.counting_of(count, without))
         key = (rows, lines, factor)  # what is said of rows besides does not change what they say
         if key not in self._fitted:
             for old in [*self._fitted][: len(self._fitted) - _REMEMBERED]:
@@ -289,7 +287,7 @@ class Knowledge:
         self, found: Estimate[Any], count: int, without: tuple[int, ...]
     ) -> Iterator[Estimate[Any] | None]:
         """Estimates without the last row, and without the one that differs most."""
-        rows = [each for each in self._table.counting if each < count and each not in without]
+        rows = self._table.counting_of(count, without)
         worst = worst_row(found)
         for place in dict.fromkeys((rows[-1], rows[-1 if worst is None else worst])):
             others = (*without, *self._table.together(place))
@@ -393,7 +391,7 @@ class Knowledge:
         to be no blunders. The tests are of steps of single legs and to first order: those of a
         device that was moved, or large ones, may be far off.
         """
-        rows, misfits = [each for each in self._table.counting if each < count], dict[int, float]()
+        rows, misfits = self._table.counting_of(count), dict[int, float]()
 
         def misfit(at: int) -> float:
             if not 0 < at < len(rows):
@@ -530,7 +528,7 @@ class Knowledge:
         Of a row that is alone then all are read together where that can be, since reading takes
         longer than what it is for.
         """
-        left = [each for each in self._table.counting if each < count and each not in without]
+        left = self._table.counting_of(count, without)
         if left == [place]:
             read = self._table.alone(self._robot, place, [edited for _, edited in edits])
             if len(read) == len(edits):

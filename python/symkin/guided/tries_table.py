@@ -9,7 +9,7 @@ import io
 import math
 import os
 import time
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Literal, get_args
@@ -132,6 +132,10 @@ class TriesTable:
         numbers = [line[ROW] for line in self.lines]
         return [int(place) for place in counting_rows(statuses, numbers)]
 
+    def counting_of(self, count: int, without: Collection[int] = ()) -> list[int]:
+        """Those of so many first lines, but for `without`."""
+        return [each for each in self.counting if each < count and each not in without]
+
     @property
     def standing(self) -> list[int]:
         """Places of all lines that were not taken back, failures too."""
@@ -155,38 +159,42 @@ class TriesTable:
         of others the values may be `edited`.
         """
         count = len(self.lines) if upto is None else upto
-        kept = [place for place in self.counting if place < count and place not in without]
+        kept = self.counting_of(count, without)
         if not kept:
             return None
-        text = io.StringIO()
-        writer = csv.DictWriter(text, self.columns, lineterminator="\n")
-        writer.writeheader()
+        lines = []
         for place, line in enumerate(self.lines[:count]):
             values = (edited or {}).get(place, {})
             status = line[STATUS] if place in kept else BACK[0]
             cells = {name: repr(value) for name, value in values.items()}
             # A line that does not count takes back none but itself.
             number = str(self.number(place)) if place in kept else str(-place - 1)
-            writer.writerow(line | cells | {STATUS: status, ROW: number})
-        stream = io.StringIO(text.getvalue())
-        stream.name = str(self.path or "the session")
-        return read_measurements(stream, robot)
+            lines.append(line | cells | {STATUS: status, ROW: number})
+        return self._measured(robot, lines)
 
     def alone(
         self, robot: Mechanism, place: int, edits: Sequence[Mapping[str, float]]
     ) -> list[Measurements]:
         """One line as it would be with each of these values; none if one of them cannot be read."""
-        text = io.StringIO()
-        writer = csv.DictWriter(text, self.columns, lineterminator="\n")
-        writer.writeheader()
+        lines = []
         for number, values in enumerate(edits, 1):
             cells = {name: repr(value) for name, value in values.items()}
-            writer.writerow(self.lines[place] | cells | {ROW: str(number), "repeat_of": ""})
+            lines.append(self.lines[place] | cells | {ROW: str(number), "repeat_of": ""})
         try:
-            read = read_measurements(io.StringIO(text.getvalue()), robot)
+            read = self._measured(robot, lines)
         except SymkinError:
             return []
         return [read[each : each + 1] for each in range(len(read))]
+
+    def _measured(self, robot: Mechanism, lines: Sequence[Mapping[str, str]]) -> Measurements:
+        """Lines as a table of this file is read."""
+        stream = io.StringIO()
+        stream.name = str(self.path or "the session")
+        writer = csv.DictWriter(stream, self.columns, lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(lines)
+        stream.seek(0)
+        return read_measurements(stream, robot)
 
     def said(self, *statuses: str, upto: int | None = None) -> list[int]:
         """The numbers of the lines of which the first lines say this, in their order."""
