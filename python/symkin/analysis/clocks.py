@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from symkin.errors import SymkinError
 from symkin.values import Array, Value, field, record
@@ -205,6 +206,11 @@ def _fitted(one: _Even, two: _Even, offset: float, rate: float, likeness: float)
     return Clocks(float(offset), float(rate), deviation, likeness)
 
 
+def runs_of(true: NDArray[np.bool_]) -> NDArray[np.intp]:
+    """Begin of each run of what is true, and end, the first that is not, shape (k, 2)."""
+    return np.flatnonzero(np.diff(true.astype(int), prepend=0, append=0)).reshape(-1, 2)
+
+
 def rests_of(first: Track, second: Track, clocks: Clocks) -> list[tuple[float, float]]:
     """Begin and end, on the clock of the first, of what both logs show to be at rest."""
     grid = first.grid
@@ -219,10 +225,9 @@ def rests_of(first: Track, second: Track, clocks: Clocks) -> list[tuple[float, f
             return []
         noise = float(np.median(slow[: max(1, int(_SLOWEST * len(slow)))]))
         still &= ~(np.nan_to_num(speed, nan=np.inf) > _STILL + _TIMES * noise)
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], still.astype(int), [0]])))
     step = float(grid[1] - grid[0])
     spans = [
         (float(grid[begin]), float(grid[begin] + (end - 1 - begin) * step))
-        for begin, end in edges.reshape(-1, 2)
+        for begin, end in runs_of(still)
     ]
     return [(begin + _CUT, end - _CUT) for begin, end in spans if end - begin >= _LASTS]

@@ -64,12 +64,17 @@ def in_last_session(found: Found, measured: Measurements) -> Measurements:
     """What would have been measured in the last session, of other rows of the same sessions."""
     every = found.options.covariates(found.nominal, measured)
     covariates = tuple(each for each in every if each.name.startswith("session"))
-    if not covariates:
-        return measured
+    return _taken_back(found, measured, covariates)[0] if covariates else measured
+
+
+def _taken_back(
+    found: Found, measured: Measurements, covariates: tuple[Covariate, ...]
+) -> tuple[Measurements, Changes]:
+    """What would have been measured had these not changed, but for growth; how they change back."""
     slopes = slopes_found(found, covariates)
     back = Changes(covariates, slopes._replace(legs=-slopes.legs))
     base = found.mechanism.frames.base if found.mechanism.frames else ()
-    return changed_observations(measured, base, back, back=True)
+    return changed_observations(measured, base, back, back=True), back
 
 
 def at_rest(found: Found) -> Measurements:
@@ -78,11 +83,8 @@ def at_rest(found: Found) -> Measurements:
     covariates = found.options.covariates(found.nominal, measured)
     if not covariates:
         return measured
-    slopes = slopes_found(found, covariates)
-    back = Changes(covariates, slopes._replace(legs=-slopes.legs))
     robot = found.mechanism
-    base = robot.frames.base if robot.frames else ()
-    measured = changed_observations(measured, base, back, back=True)
+    measured, back = _taken_back(found, measured, covariates)
     growths = _growths(back)
     if growths is None:
         return measured

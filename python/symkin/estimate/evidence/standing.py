@@ -14,6 +14,7 @@ from contextlib import suppress
 import numpy as np
 from numpy.typing import NDArray
 
+from symkin.analysis.clocks import runs_of
 from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError
 from symkin.estimate.evidence.findings import Doubt
@@ -87,8 +88,7 @@ def _finite(columns: Array) -> Array:
 
 def _longest(still: NDArray[np.bool_]) -> slice | None:
     """The rows of the longest run in which none differs from the one before, if there is one."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], still.astype(int), [0]])))
-    first, last = max(edges.reshape(-1, 2), key=np.ptp, default=(0, 0))
+    first, last = max(runs_of(still), key=np.ptp, default=(0, 0))
     return slice(int(first), int(last) + 1) if last - first + 1 >= _FEWEST else None
 
 
