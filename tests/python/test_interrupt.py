@@ -43,7 +43,7 @@ def test_a_long_call_is_interrupted(code: str) -> None:
 def test_an_interrupted_command_ends_with_code_130(tmp_path: Path) -> None:
     begun = "from symkin.cli import main; print('begun', flush=True)"
     code = f"{begun}; sys.exit(main({COMMAND}))"
-    returncode, errors = _interrupted(["-c", f"import sys; {code}", str(tmp_path / "plan.csv")])
+    returncode, errors = _interrupted(["-c", f"import sys; {code}", str(tmp_path / "planned")])
     assert returncode == 130
     assert "Traceback" not in errors
 

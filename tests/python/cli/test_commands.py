@@ -70,7 +70,7 @@ def test_check_begins_with_a_verdict_and_ends_with_a_command_that_runs(
     assert not re.search(r"G_[MWQC]|D_6|Eq\.|R_ii|singular value", shown)
     program, *arguments, _ = shlex.split(shown.splitlines()[-1].removeprefix("Next: "))
     assert program == "symkin"
-    assert symkin(*arguments, tmp_path / "planned.csv", "--candidates", 300).code == 0
+    assert symkin(*arguments, tmp_path / "planned", "--candidates", 300).code == 0
 
 
 @pytest.mark.parametrize(
