@@ -77,8 +77,10 @@ def estimated_noise(problem: Problem, fit: _core.JointFit) -> tuple[Problem, _co
 
 def keeps_proportion(declared: NoiseSettings, estimated: NoiseSettings) -> bool:
     """Whether kinds of noise were not told apart, so that they are as many times the declared."""
-    pairs = [(getattr(declared, name), getattr(estimated, name)) for name in _ALL["noise"]]
-    factors = [own / said for said, own in pairs if said]
+    factors = []
+    for names in _PARTS.values():
+        pairs = ((getattr(declared, name), getattr(estimated, name)) for name in names)
+        factors += [own / said for said, own in pairs if said][:1]
     return len(factors) > 1 and max(factors) - min(factors) < 1e-9 * max(factors)
 
 

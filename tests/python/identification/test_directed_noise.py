@@ -200,3 +200,13 @@ def test_noise_whose_kinds_are_not_told_apart_keeps_the_declared_proportion():
     assert 0.5 < factor < 1.5
     (note,) = (each for each in found.notes if each.code == "noise-estimated")
     assert "not told apart" in str(note)
+
+
+def test_of_one_kind_of_noise_no_proportion_is_told():
+    robot = symkin.load("5bar")
+    alone = robot.replace(noise=dataclasses.replace(robot.noise, per_metre=1e-5, reading=0.0))
+    taken = symkin.simulate(alone, alone.plan(18, seed=1, candidates=400), 3).measurements
+    found = symkin.identify(alone, taken, estimator="joint", noise="estimate")
+    (note,) = (each for each in found.notes if each.code == "noise-estimated")
+    assert found.noise.per_metre / 1e-5 == pytest.approx(found.noise.position / 5e-5)
+    assert "not told apart" not in str(note)
