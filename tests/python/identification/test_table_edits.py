@@ -426,6 +426,7 @@ def test_rows_of_the_plan_that_nobody_measured_are_told_and_left_out(name, posit
     assert told.code == "rows-computed"
     assert told.rows == tuple(table.row_numbers[left].tolist())
     assert not rest
+    assert "tolerances-wide" not in {note.code for note in found.notes}  # which they make of it
     assert symkin.identify(robot, found.corrected).trustworthy
 
 

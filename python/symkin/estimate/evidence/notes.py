@@ -54,9 +54,9 @@ def notes_of(
     yield from _held_as_exact(found)
     if found.converged and not doubts:
         yield from notes_of_the_unseen(found)
+        yield from wide_tolerances(found)
     yield from unneeded_parameters(found)
     yield from weak_parameters(found)
-    yield from wide_tolerances(found)
     if found.gauge:
         yield Note("gauge", figures={"words": found.gauge[0].upper() + found.gauge[1:]})
     silent = [each.name for each in found.unknowns if each.status.startswith("held by its prior")]
