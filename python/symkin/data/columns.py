@@ -415,8 +415,8 @@ def _check_distinct(columns: MeasurementColumns) -> None:
 
 
 _COUNTED = {
-    "position_unit": 'pixels such as "0.1 mm/px',
-    "reading_unit": 'counts such as "0.1 deg/count',
+    "position_unit": 'pixels such as "0.1 mm/px"',
+    "reading_unit": 'counts such as "0.1 deg/count"',
 }
 
 
@@ -427,7 +427,7 @@ def _check_unit(key: str, unit: str | None, si_unit: str) -> None:
     if unit not in unit_names() and not (counted and counts_steps(unit)):
         raise MeasurementError(
             f'{key} of the column mapping is "{unit}"{did_you_mean(unit, unit_names())}; expected '
-            "the name of a unit" + (f', or a size of {counted}"' if counted else "")
+            "the name of a unit" + (f", or a size of {counted}" if counted else "")
         )
     try:
         unit_factor(unit, si_unit)

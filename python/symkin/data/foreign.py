@@ -116,7 +116,7 @@ def mapping_of_all(table: Table, mechanism: Mechanism) -> str:
     if not mapping or UNIT in mapping:
         return ""
     if _LEG in table.names:
-        mapping = mapping.replace(" }", f', leg = "{_LEG}" }}')
+        mapping = mapping.removesuffix(" }") + f', leg = "{_LEG}" }}'
     said = tomllib.loads(mapping)["measurements"].values()
     named = {name for each in said for name in ([each] if isinstance(each, str) else each)}
     return mapping if named.issuperset(table.names) else ""
