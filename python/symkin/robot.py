@@ -4,24 +4,21 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Literal, Self
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Self, Unpack
 
 from symkin.analysis import evaluation, workspace
 from symkin.analysis.checks import CheckResult, check_mechanism
 from symkin.analysis.observability import RowKind
-from symkin.analysis.promises import CONFIDENCE
 from symkin.data.reading import MeasuredSessions
 from symkin.estimate.estimate import Estimate
 from symkin.estimate.identification import identify
-from symkin.estimate.options import Estimator, Loss, PoseUse
-from symkin.estimate.unknowns import Priors
+from symkin.estimate.options import Estimator, IdentifyOptions, PoseUse
 from symkin.files.mechanism_file import read_mechanism
 from symkin.files.mechanism_writer import save_mechanism
 from symkin.guided import beginning
 from symkin.model.mechanism import Mechanism
-from symkin.model.settings import NoiseSettings
-from symkin.options import Coordinates, Gauge, LossPer, Sensor, checks
+from symkin.options import checks
 from symkin.pipeline import ProtocolResult, run_protocol, saved_estimate
 from symkin.planning import making, simulation
 from symkin.planning.selection import Criterion, Design, SelectionMethod
@@ -65,66 +62,15 @@ class Robot(Mechanism):
         """Return `symkin.check_mechanism` of it."""
         return check_mechanism(self, seed)
 
+    @checks()
     def identify(
         self,
         measurements: MeasuredSessions,
         estimator: Estimator | None = None,
-        *,
-        poses: PoseUse = "all",
-        loss: Loss = "none",
-        loss_scale: float | None = None,
-        noise: NoiseSettings | Literal["estimate"] | None = None,
-        max_iterations: int = 100,
-        free: Sequence[str] | None = None,
-        fixed: Sequence[str] | None = None,
-        shared: Sequence[str] | None = None,
-        tie: Sequence[str] | None = None,
-        prior: Priors | None = None,
-        frames: Sequence[str] | None = None,
-        sensor: Sensor | None = None,
-        gauge: Gauge | None = None,
-        loss_per: LossPer | None = None,
-        assume: Mapping[str, float | str] | None = None,
-        drift: Sequence[str] | None = None,
-        step: Sequence[str | int] | str | int | None = None,
-        growth: bool | None = None,
-        backlash: bool | None = None,
-        sessions: Sequence[str] | None = None,
-        clock_offset: bool | None = None,
-        bow: float | str | None = None,
-        of: Coordinates | None = None,
-        confidence: float = CONFIDENCE,
+        **options: Unpack[IdentifyOptions],
     ) -> Estimate[Self]:
         """Return `symkin.identify` from measurements, with it as the nominal mechanism."""
-        return identify(
-            self,
-            measurements,
-            estimator,
-            poses=poses,
-            loss=loss,
-            loss_scale=loss_scale,
-            noise=noise,
-            max_iterations=max_iterations,
-            free=free,
-            fixed=fixed,
-            shared=shared,
-            tie=tie,
-            prior=prior,
-            frames=frames,
-            sensor=sensor,
-            gauge=gauge,
-            loss_per=loss_per,
-            assume=assume,
-            drift=drift,
-            step=step,
-            growth=growth,
-            backlash=backlash,
-            sessions=sessions,
-            clock_offset=clock_offset,
-            bow=bow,
-            of=of,
-            confidence=confidence,
-        )
+        return identify(self, measurements, estimator, **options)
 
     def run(
         self,

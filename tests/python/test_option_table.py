@@ -3,7 +3,7 @@
 import dataclasses
 import inspect
 from collections.abc import Callable
-from typing import Any, Literal, get_args, get_origin, get_type_hints
+from typing import Any, Literal, get_args, get_origin
 
 import numpy as np
 import pytest
@@ -18,6 +18,7 @@ from symkin.estimate.options import EstimateOptions
 from symkin.files import mechanism_schema
 from symkin.model.settings import IdentificationSettings, NoiseSettings, ProtocolSettings
 from symkin.options import OPTIONS
+from symkin.options.arguments import hints_of
 
 FUNCTIONS: dict[str, Callable[..., Any]] = {
     name: getattr(symkin, name)
@@ -89,7 +90,7 @@ def test_a_function_has_the_options_of_the_table(function, name, parameter):
     if (function, name) in HOMONYMS:
         return
     option = OPTIONS[name]
-    hints = get_type_hints(FUNCTIONS[function])
+    hints = hints_of(inspect.unwrap(FUNCTIONS[function]))
     if option.words and get_origin(option.kind) is Literal:
         assert set(option.words) <= words_of(hints[name])
     if (function, name) not in OWN_DEFAULTS:

@@ -23,7 +23,7 @@ from symkin.analysis.probing import CALIPER, PrintedLength
 from symkin.data.observables import words_with
 from symkin.data.sensor_tables import read_sensor_table
 from symkin.errors import QuantityError, SymkinError
-from symkin.estimate.survey import Unknowns
+from symkin.estimate.options import Unknowns
 from symkin.estimate.unknowns import Priors
 from symkin.files.mechanism_file import load_columns
 from symkin.files.mechanism_schema import noise_kinds

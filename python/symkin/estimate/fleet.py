@@ -12,14 +12,13 @@ import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import Any, ClassVar, Literal, Self
+from typing import Any, ClassVar, Literal, Self, Unpack
 
 import numpy as np
 
 from symkin import present
 from symkin.data.measurements import Measurements
 from symkin.errors import MeasurementError, SymkinError, did_you_mean, few, shown
-from symkin.estimate.covariates import steps_of
 from symkin.estimate.estimate import REDRAWN, save_corrections
 from symkin.estimate.evidence.findings import Doubt, Note
 from symkin.estimate.evidence.watching import is_watched, unwatched_search
@@ -35,14 +34,13 @@ from symkin.estimate.fleet_parts import (
 )
 from symkin.estimate.fleet_sources import RowsApartError, robots_given, robots_of_table
 from symkin.estimate.fleet_together import FoundTogether, surroundings_of
-from symkin.estimate.identification import together, why_together
-from symkin.estimate.options import EstimateOptions
-from symkin.estimate.unknowns import Priors, noise_of_file, with_file_settings
+from symkin.estimate.identification import estimating, wanted_of, why_together
+from symkin.estimate.options import EstimateOptions, FleetOptions
 from symkin.estimate.workshop import MadeWithin, tolerances_of
 from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.model.mechanism import Mechanism
-from symkin.model.settings import MeasurementColumns, NoiseSettings
-from symkin.options import Estimator, Gauge, Loss, LossPer, PoseUse, Sensor, checks
+from symkin.model.settings import MeasurementColumns
+from symkin.options import Estimator, checks
 from symkin.results import Result
 from symkin.storage.output_files import OutputFiles
 from symkin.storage.tables import TableSource, write_table
@@ -322,34 +320,13 @@ def identify_many(
     measurements: Mapping[str, Measurements] | Sequence[Measurements] | TableSource,
     estimator: Estimator | None = None,
     *,
-    poses: PoseUse = "all",
-    loss: Loss = "none",
-    loss_scale: float | None = None,
-    noise: NoiseSettings | Literal["estimate"] | None = None,
-    max_iterations: int = 100,
-    free: Sequence[str] | None = None,
-    fixed: Sequence[str] | None = None,
-    shared: Sequence[str] | None = None,
-    tie: Sequence[str] | None = None,
-    prior: Priors | None = None,
-    frames: Sequence[str] | None = None,
-    sensor: Sensor | None = None,
-    gauge: Gauge | None = None,
-    loss_per: LossPer | None = None,
-    assume: Mapping[str, float | str] | None = None,
-    drift: Sequence[str] | None = None,
-    step: Sequence[str | int] | str | int | None = None,
-    growth: bool | None = None,
-    backlash: bool | None = None,
-    sessions: Sequence[str] | None = None,
-    clock_offset: bool | None = None,
-    bow: float | str | None = None,
     tolerances: Literal["estimate"] | None = None,
     columns: MeasurementColumns | None = None,
     ignore: Sequence[str] = (),
     threads: int = 0,
     workers: int = 1,
     scheduler: str | None = None,
+    **options: Unpack[FleetOptions],
 ) -> Fleet:
     """Identify many robots of one drawing, each by itself.
 
@@ -405,32 +382,11 @@ frames, sensor, gauge, loss_per, assume, drift, step, growth, backlash, sessions
         mechanism,
         robots,
         estimator,
-        poses=poses,
-        loss=loss,
-        loss_scale=loss_scale,
-        noise=noise,
-        max_iterations=max_iterations,
-        free=free,
-        fixed=fixed,
-        shared=shared,
-        tie=tie,
-        prior=prior,
-        frames=frames,
-        sensor=sensor,
-        gauge=gauge,
-        loss_per=loss_per,
-        assume=assume,
-        drift=drift,
-        step=steps_of(step),
-        growth=growth,
-        backlash=backlash,
-        sessions=sessions,
-        clock_offset=clock_offset,
-        bow=bow,
         tolerances=tolerances,
         threads=threads,
         workers=workers,
         scheduler=scheduler,
+        **options,
     )
 
 
@@ -439,39 +395,26 @@ def identify_robots(
     robots: Callable[[bool], Iterable[Robots]],
     estimator: Estimator | None = None,
     *,
-    poses: PoseUse = "all",
-    loss: Loss = "none",
-    loss_scale: float | None = None,
-    noise: NoiseSettings | Literal["estimate"] | None = None,
-    max_iterations: int = 100,
     tolerances: Literal["estimate"] | None = None,
     threads: int = 0,
     workers: int = 1,
     scheduler: str | None = None,
-    **given: Any,
+    **options: Unpack[FleetOptions],
 ) -> Fleet:
     """Identify robots by their names, see `identify_many`; a text says why there is none.
 
     `robots` gives them a part at a time, or tables as a whole, once a robot's rows do not stand
     together.
     """
-    asked = with_file_settings(given, mechanism.identification)
-    if noise is None:
-        noise = noise_of_file(mechanism.identification)
-    how: dict[str, Any] = {"poses": poses, "loss": loss, "loss_scale": loss_scale, "noise": noise}
-    how |= {"max_iterations": max_iterations, **asked}
+    wanted, how = wanted_of(mechanism, options)
 
     def identified(parts: Iterable[Robots]) -> Fleet:
         some, parts = _looked_at(parts)
-        reason = why_together(mechanism, asked, noise) or _incomplete_because(some)
-        if reason:
-            options = together(estimator, reason, how)
-        else:
-            options = EstimateOptions(estimator or "implicit", **how)
+        reason = why_together(mechanism, wanted, how["noise"]) or _incomplete_because(some)
         return Fleet.of(
             mechanism,
             parts,
-            options,
+            estimating(estimator, reason, wanted, how),
             tolerances=tolerances,
             threads=threads,
             workers=workers,

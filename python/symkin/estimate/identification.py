@@ -5,27 +5,24 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from collections.abc import Mapping, Sequence
-from typing import Any, Literal, cast
+from collections.abc import Mapping
+from typing import Any, Unpack, cast
 
 from typing_extensions import TypeVar
 
 from symkin.analysis.probing import refuse_commanded
-from symkin.analysis.promises import CONFIDENCE
 from symkin.analysis.seen import Seen, with_defaults
 from symkin.data.measurements import Measurements
 from symkin.data.reading import MeasuredSessions, as_measurements
 from symkin.errors import SymkinError
-from symkin.estimate.covariates import steps_of
 from symkin.estimate.cross_validation import CrossValidation, cross_validation_of
 from symkin.estimate.estimate import Estimate
-from symkin.estimate.options import EstimateOptions, Estimator, Loss, PoseUse
+from symkin.estimate.options import EstimateOptions, FleetOptions, IdentifyOptions
 from symkin.estimate.survey import check_coordinates
-from symkin.estimate.unknowns import Priors, noise_of_file, with_file_settings
 from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.model.mechanism import Mechanism
-from symkin.model.settings import IdentificationSettings, NoiseSettings, unusual
-from symkin.options import Coordinates, Gauge, LossPer, Sensor, checks
+from symkin.model.settings import IdentificationSettings, NoiseSettings, asked_or_set, unusual
+from symkin.options import Estimator, checks
 
 Nominal = TypeVar("Nominal", bound=Mechanism, default=Mechanism)
 
@@ -35,31 +32,7 @@ def identify(
     mechanism: Nominal | str | os.PathLike[str],
     measurements: MeasuredSessions,
     estimator: Estimator | None = None,
-    *,
-    poses: PoseUse = "all",
-    loss: Loss = "none",
-    loss_scale: float | None = None,
-    noise: NoiseSettings | Literal["estimate"] | None = None,
-    max_iterations: int = 100,
-    free: Sequence[str] | None = None,
-    fixed: Sequence[str] | None = None,
-    shared: Sequence[str] | None = None,
-    tie: Sequence[str] | None = None,
-    prior: Priors | None = None,
-    frames: Sequence[str] | None = None,
-    sensor: Sensor | None = None,
-    gauge: Gauge | None = None,
-    loss_per: LossPer | None = None,
-    assume: Mapping[str, float | str] | None = None,
-    drift: Sequence[str] | None = None,
-    step: Sequence[str | int] | str | int | None = None,
-    growth: bool | None = None,
-    backlash: bool | None = None,
-    sessions: Sequence[str] | None = None,
-    clock_offset: bool | None = None,
-    bow: float | str | None = None,
-    of: Coordinates | None = None,
-    confidence: float = CONFIDENCE,
+    **options: Unpack[IdentifyOptions],
 ) -> Estimate[Nominal]:
     """Identify what is unknown of a robot from what was observed of it.
 
@@ -180,80 +153,69 @@ def identify(
         the nearest valid one, or an estimator that cannot do what is asked for, with the reason.
     """
     mechanism = as_mechanism(mechanism)
-    if free is not None and not len(free) and not (shared or frames or sensor):
+    free = options.get("free")
+    others = (options.get("shared"), options.get("frames"), options.get("sensor"))
+    if free is not None and not len(free) and not any(others):
         raise SymkinError("free is empty, so that nothing is unknown; expected patterns")
     measurements = as_measurements(measurements, mechanism)
     measurements.require_table(mechanism.sensor_table)
-    given = {
-        "free": free,
-        "fixed": fixed,
-        "shared": shared,
-        "tie": tie,
-        "prior": prior,
-        "frames": frames,
-        "sensor": sensor,
-        "gauge": gauge,
-        "loss_per": loss_per,
-        "assume": assume,
-        "drift": drift,
-        "step": steps_of(step),
-        "growth": growth,
-        "backlash": backlash,
-        "sessions": sessions,
-        "clock_offset": clock_offset,
-        "bow": bow,
-        "of": of,
-    }
-    how = {
-        "poses": poses,
-        "loss": loss,
-        "loss_scale": loss_scale,
-        "noise": noise,
-        "max_iterations": max_iterations,
-        "confidence": confidence,
-    }
-    options, legs = _asked(mechanism, measurements, estimator, given, how)
-    found = Estimate.of(mechanism, measurements, options, legs=legs)
+    how, legs = _asked(mechanism, measurements, estimator, options)
+    found = Estimate.of(mechanism, measurements, how, legs=legs)
     return cast("Estimate[Nominal]", found)  # what is made of a mechanism is of its class
 
 
-def tried(mechanism: Mechanism, measurements: Measurements, **how: Any) -> Estimate[Mechanism]:
+def tried(
+    mechanism: Mechanism, measurements: Measurements, **options: Unpack[IdentifyOptions]
+) -> Estimate[Mechanism]:
     """Identify as the mechanism's file says; where that fails, it is not looked for why.
 
     For one of many trials, of which that would take most of the time.
     """
-    given = {name: None for name in vars(IdentificationSettings()) if name != "noise"}
-    options, legs = _asked(mechanism, measurements, None, given, {"noise": None} | how)
-    return Estimate.of(mechanism, measurements, options, legs=legs, explain=False)
+    how, legs = _asked(mechanism, measurements, None, options)
+    return Estimate.of(mechanism, measurements, how, legs=legs, explain=False)
 
 
 def _asked(
     mechanism: Mechanism,
     measurements: Measurements,
     estimator: Estimator | None,
-    given: Mapping[str, Any],
-    how: Mapping[str, Any],
+    options: IdentifyOptions,
 ) -> tuple[EstimateOptions, bool]:
     """What is asked for by the arguments, the file and what was measured; whether leg by leg."""
-    wanted = _wanted(mechanism, measurements, given)
-    noise = noise_of_file(mechanism.identification) if how["noise"] is None else how["noise"]
-    how = {**how, "noise": noise}
-    reason = _needs_joint(mechanism, measurements, wanted, noise)
-    if not reason:
-        return EstimateOptions(estimator or "implicit", **how), True
-    return together(estimator, reason, {**how, **wanted}), False
+    wanted, how = wanted_of(mechanism, options)
+    check_coordinates(mechanism, wanted.get("of"))
+    seen = Seen.of(measurements)
+    if seen.marked:
+        refuse_commanded(mechanism, measurements)
+    wanted = with_defaults(wanted, mechanism, seen)
+    reason = why_together(mechanism, wanted, how["noise"])
+    if not reason and mechanism.frames is not None:
+        reason = "the mechanism has frames, in which the poses are measured"
+    reason = reason or measurements.incomplete_because
+    return estimating(estimator, reason, wanted, how), not reason
 
 
-def together(
-    estimator: Estimator | None, reason: str, options: Mapping[str, Any]
+def wanted_of(mechanism: Mechanism, options: FleetOptions) -> tuple[dict[str, Any], dict[str, Any]]:
+    """What is unknown, by the arguments or the file, and how it is estimated."""
+    names = [each.name for each in dataclasses.fields(IdentificationSettings)]
+    asked = {name: options.get(name) for name in names}
+    wanted = asked_or_set(asked, mechanism.identification)
+    how = {name: value for name, value in options.items() if name not in asked}
+    return wanted, how | {"noise": wanted.pop("noise", None)}
+
+
+def estimating(
+    estimator: Estimator | None, reason: str, wanted: Mapping[str, Any], how: Mapping[str, Any]
 ) -> EstimateOptions:
-    """Options for all legs together, which is needed for a reason that an estimator may be told."""
+    """Options leg by leg or, for a reason that an estimator may be told, for all together."""
+    if not reason:
+        return EstimateOptions(estimator or "implicit", **how)
     if estimator not in (None, "joint"):
         raise SymkinError(
             f'the estimator "{estimator}" looks at each leg by itself, from full poses in the '
             f'robot\'s own frame; expected "joint" here, since {reason}'
         )
-    return EstimateOptions("joint", **options)
+    return EstimateOptions("joint", **how, **wanted)
 
 
 def identify_legs(
@@ -265,32 +227,6 @@ def identify_legs(
     """
     how = EstimateOptions(estimator, **options)
     return cast("Estimate[Nominal]", Estimate.of(mechanism, measurements, how, legs=True))
-
-
-def _wanted(
-    mechanism: Mechanism, measurements: Measurements, given: Mapping[str, Any]
-) -> dict[str, Any]:
-    """What was asked for, by the arguments, the file, or what was measured."""
-    wanted = with_file_settings(given, mechanism.identification)
-    check_coordinates(mechanism, wanted.get("of"))
-    seen = Seen.of(measurements)
-    if seen.marked:
-        refuse_commanded(mechanism, measurements)
-    return with_defaults(wanted, mechanism, seen)
-
-
-def _needs_joint(
-    mechanism: Mechanism,
-    measurements: Measurements,
-    wanted: Mapping[str, Any],
-    noise: NoiseSettings | str | None,
-) -> str:
-    """Why the legs cannot be identified one by one; empty if they can."""
-    if reason := why_together(mechanism, wanted, noise):
-        return reason
-    if mechanism.frames is not None:
-        return "the mechanism has frames, in which the poses are measured"
-    return measurements.incomplete_because
 
 
 def why_together(
@@ -320,7 +256,7 @@ def cross_validate(
     estimator: Estimator | None = None,
     *,
     blocks: bool = False,
-    **options: Any,
+    **options: Unpack[IdentifyOptions],
 ) -> CrossValidation:
     """Predict each part of the measurements from an identification on the others.
 
@@ -344,13 +280,5 @@ def cross_validate(
     """
     mechanism = as_mechanism(mechanism)
     measurements = as_measurements(measurements, mechanism)
-    names = {each.name for each in dataclasses.fields(IdentificationSettings)}
-    given = {name: options.pop(name) for name in names & options.keys()}
-    wanted = _wanted(mechanism, measurements, {**dict.fromkeys(names), **given})
-    reason = _needs_joint(mechanism, measurements, wanted, options.get("noise"))
-    if reason:
-        how = together(estimator, reason, {**options, **wanted})
-    else:
-        how = EstimateOptions(estimator or "implicit", **options)
-    asked = mechanism, measurements, folds, seed, how
-    return cross_validation_of(*asked, blocks=blocks, legs=not reason)
+    how, legs = _asked(mechanism, measurements, estimator, options)
+    return cross_validation_of(mechanism, measurements, folds, seed, how, blocks=blocks, legs=legs)

@@ -5,8 +5,8 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping
-from typing import Literal
+from collections.abc import Mapping, Sequence
+from typing import Literal, TypedDict
 
 from symkin.analysis.promises import CONFIDENCE
 from symkin.data.measurements import Measurements
@@ -31,9 +31,57 @@ from symkin.shell import typed_word
 from symkin.storage.quantities import evaluate_quantity
 from symkin.values import Value, record
 
-__all__ = ["ROBUST", "EstimateOptions", "Estimator", "Loss", "PoseUse"]
+__all__ = [
+    "ROBUST",
+    "EstimateOptions",
+    "Estimator",
+    "FleetOptions",
+    "IdentifyOptions",
+    "Loss",
+    "PoseUse",
+    "Unknowns",
+]
 
 ROBUST: Loss = "cauchy"  # the loss that bears most: of gross errors, and of leverage
+
+
+class Unknowns(TypedDict, total=False):
+    """What is unknown, as the arguments of `identify` with these names."""
+
+    free: Sequence[str] | None
+    fixed: Sequence[str] | None
+    shared: Sequence[str] | None
+    tie: Sequence[str] | None
+    prior: Priors | None
+    frames: Sequence[str] | None
+    sensor: Sensor | None
+    drift: Sequence[str] | None
+    step: Sequence[str | int] | str | int | None
+    growth: bool | None
+    backlash: bool | None
+    assume: Mapping[str, float | str] | None
+    sessions: Sequence[str] | None
+    bow: float | str | None
+
+
+class FleetOptions(Unknowns, total=False):
+    """And how it is estimated, of one robot or of many."""
+
+    poses: PoseUse
+    loss: Loss
+    loss_scale: float | None
+    loss_per: LossPer | None
+    noise: NoiseSettings | Literal["estimate"] | None
+    max_iterations: int
+    gauge: Gauge | None
+    clock_offset: bool | None
+
+
+class IdentifyOptions(FleetOptions, total=False):
+    """And of which errors is told, of one robot."""
+
+    of: Coordinates | None
+    confidence: float
 
 
 @record

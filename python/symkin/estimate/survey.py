@@ -6,7 +6,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, TypedDict, cast, get_args
+from typing import Any, cast, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -28,16 +28,16 @@ from symkin.data.measurements import Measurements
 from symkin.errors import NotIdentifiableError, SymkinError
 from symkin.estimate.assumed import Assumed, moved_by, widened
 from symkin.estimate.covariates import Covariate, observations_of, slopes_of
-from symkin.estimate.options import EstimateOptions
+from symkin.estimate.options import EstimateOptions, Unknowns
 from symkin.estimate.problem import Problem, layout_of, says_nothing, what_holds
 from symkin.estimate.starting import starting_poses
-from symkin.estimate.unknowns import BED, SAG, SCALE, Layout, Priors, with_file_settings
+from symkin.estimate.unknowns import BED, SAG, SCALE, Layout
 from symkin.estimate.whitened import typical_sizes
 from symkin.model.core_setup import core_setup, scalar_values
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import frame, pose_rows, transforms
-from symkin.model.settings import Frames, height_of_bed, unusual
-from symkin.options import Coordinates, Sensor
+from symkin.model.settings import Frames, asked_or_set, height_of_bed, unusual
+from symkin.options import Coordinates
 from symkin.values import Array, Value, field, record
 
 FIRST_ROW = 2  # of a table that symkin writes, below its header
@@ -49,25 +49,6 @@ _OF_FRAMES = 12  # scalars of the base frame and the target
 SILENT = 0.9  # of a prior's deviation: the data will say next to nothing
 _PLANAR = ("x", "y")  # both together are all
 _BESIDE = (SCALE, BED, SAG, "target", "plane")  # are no part of the robot
-
-
-class Unknowns(TypedDict, total=False):
-    """What is unknown, as the arguments of `identify` with these names."""
-
-    free: Sequence[str] | None
-    fixed: Sequence[str] | None
-    shared: Sequence[str] | None
-    tie: Sequence[str] | None
-    prior: Priors | None
-    frames: Sequence[str] | None
-    sensor: Sensor | None
-    drift: Sequence[str] | None
-    step: Sequence[str] | None
-    growth: bool | None
-    backlash: bool | None
-    assume: Mapping[str, float | str] | None
-    sessions: Sequence[str] | None
-    bow: float | str | None
 
 
 def form_of(effects: Array) -> Array:
@@ -163,10 +144,7 @@ class Survey(Value):
         """
         observe = Observed.of(mechanism, observe or ("pose" if mechanism.noise.varies else None))
         given = {name: unknowns.get(name) for name in Unknowns.__annotations__}
-        further = sorted(unknowns.keys() - given.keys())
-        if further:
-            raise TypeError(f"unexpected arguments: {', '.join(further)}")
-        wanted = with_file_settings(given, mechanism.identification)
+        wanted = asked_or_set(given, mechanism.identification)
         sessions = tuple(wanted.pop("sessions", ()))
         said = any(each is not None for each in given.values())
         asked = said or mechanism.ties or {*unusual(wanted)} & given.keys()

@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from fnmatch import fnmatchcase
-from typing import Any, Literal, get_args
+from typing import get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +27,6 @@ from symkin.estimate.ties import Equation, Solved, equations_of, solved
 from symkin.model.chains import CURVATURE_TERMS
 from symkin.model.core_setup import scalar_values
 from symkin.model.mechanism import Mechanism
-from symkin.model.settings import IdentificationSettings
 from symkin.options import Frame, Prior, Sensor
 from symkin.storage.quantities import evaluate_quantity
 from symkin.values import Array, Value, field, record
@@ -39,9 +38,7 @@ __all__ = [
     "SCALE",
     "Layout",
     "Priors",
-    "noise_of_file",
     "widening_of",
-    "with_file_settings",
 ]
 
 Priors = str | Mapping[str, float | str]
@@ -673,19 +670,3 @@ def _quantity(pattern: str, text: str, unit: str, what: str) -> float:
         return evaluate_quantity(text, unit or "1")
     except SymkinError as error:
         raise SymkinError(f'the {what} of "{pattern}" {error}') from error
-
-
-def noise_of_file(settings: IdentificationSettings | None) -> Literal["estimate"] | None:
-    """Whether the mechanism's file asks to estimate the noise of who says nothing."""
-    return "estimate" if settings is not None and settings.noise == "estimate" else None
-
-
-def with_file_settings(
-    given: Mapping[str, Any], settings: IdentificationSettings | None
-) -> dict[str, Any]:
-    """What was asked for, or else what the mechanism's file says."""
-    chosen = {
-        name: getattr(settings, name, None) if value is None else value
-        for name, value in given.items()
-    }
-    return {name: value for name, value in chosen.items() if value is not None}

@@ -18,8 +18,8 @@ from symkin.analysis.observed import Observable, Observed
 from symkin.analysis.promises import CONFIDENCE, thinned
 from symkin.analysis.workspace import WorkspaceSample, sample_workspace
 from symkin.errors import SymkinError
-from symkin.estimate.survey import Survey, Unknowns, check_coordinates, coordinates_of
-from symkin.estimate.unknowns import noise_of_file, with_file_settings
+from symkin.estimate.options import Unknowns
+from symkin.estimate.survey import Survey, check_coordinates, coordinates_of
 from symkin.files.mechanism_writer import save_mechanism
 from symkin.guided.choosing import Chooser, Target
 from symkin.guided.held import Held, held
@@ -27,7 +27,7 @@ from symkin.guided.session import ROBOT, TABLE, Session
 from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import pose_rows
-from symkin.model.settings import IdentificationSettings
+from symkin.model.settings import IdentificationSettings, asked_or_set
 from symkin.options import Coordinates, checks
 from symkin.planning.observing import dealt, where_observed
 from symkin.planning.prediction import check_wanted
@@ -124,9 +124,9 @@ def measure(
         raise SymkinError('no height is observed that could be wanted; expected observe "height"')
     poses = where_observed(mechanism, observed, pose_rows(candidates))
     given = {name: unknowns.get(name) for name in Unknowns.__annotations__}
-    wanted = with_file_settings(given, mechanism.identification)
+    wanted = asked_or_set(given | {"noise": noise}, mechanism.identification)
     wanted["prior"] = wanted.get("prior") or "tolerances"
-    noise = noise or noise_of_file(mechanism.identification)  # as the session has it from here on
+    noise = wanted.get("noise")  # as the session has it from here on
     settings = dict(vars(mechanism.identification or IdentificationSettings())) | wanted
     settings["noise"], settings["of"] = None, of
     robot = mechanism.replace(identification=IdentificationSettings(**settings))

@@ -402,6 +402,17 @@ class IdentificationSettings(_Settings):
         return unusual(vars(self))
 
 
+def asked_or_set(
+    asked: Mapping[str, Any], settings: IdentificationSettings | None
+) -> dict[str, Any]:
+    """Arguments of `identify`: what was asked for, or else what the settings say; none is None."""
+    chosen = {
+        name: getattr(settings, name, None) if value is None else value
+        for name, value in asked.items()
+    }
+    return {name: value for name, value in chosen.items() if value is not None}
+
+
 def unusual(wanted: Mapping[str, Any]) -> tuple[str, ...]:
     """Names of what asks for other unknowns than all parameters of all legs, or another estimate.
 

@@ -17,7 +17,7 @@ from typing import Any, Literal, ParamSpec, TypeVar, Union, get_args, get_origin
 import numpy as np
 from numpy.typing import NDArray
 
-from symkin.errors import SymkinError, shown
+from symkin.errors import SymkinError, did_you_mean, shown
 from symkin.options.table import OPTIONS
 
 P = ParamSpec("P")
@@ -41,14 +41,19 @@ def checks(*homonyms: str) -> Callable[[Callable[P, T]], Callable[P, T]]:
     """
 
     def made(function: Callable[P, T]) -> Callable[P, T]:
-        names = [*inspect.signature(function).parameters]
+        signature = _spelt_out(function)
+        names = [*signature.parameters]
 
         @functools.cache
         def hints() -> dict[str, Any]:
-            return _hints(function)
+            return hints_of(function)
 
         @functools.wraps(function)
         def called(*args: P.args, **kwargs: P.kwargs) -> T:
+            for name in kwargs:
+                if name not in names:
+                    like = did_you_mean(name, names)
+                    raise TypeError(f'{function.__name__} has no argument "{name}"{like}')
             for name, value in (dict(zip(names, args, strict=False)) | kwargs).items():
                 if name in OPTIONS and name not in homonyms:
                     OPTIONS[name].check(value)
@@ -57,18 +62,39 @@ def checks(*homonyms: str) -> Callable[[Callable[P, T]], Callable[P, T]]:
                     raise SymkinError(f"{name} is {shown(value)}; expected {expected}")
             return function(*args, **kwargs)
 
+        called.__signature__ = signature  # type: ignore[attr-defined]
         return called
 
     return made
 
 
-def _hints(function: Callable[..., Any]) -> dict[str, Any]:
+def _unpacked(function: Callable[..., Any], parameter: inspect.Parameter) -> Any:
+    """The options that a parameter unpacks, ``**options: Unpack[Options]``."""
+    (options,) = get_args(eval(parameter.annotation, function.__globals__))
+    return options
+
+
+def _spelt_out(function: Callable[..., Any]) -> inspect.Signature:
+    """A signature with unpacked options one by one, for `help` and for what completes names."""
+    signature = inspect.signature(function)
+    spelt_out: list[inspect.Parameter] = []
+    for each in signature.parameters.values():
+        if each.kind is not each.VAR_KEYWORD:
+            spelt_out.append(each)
+            continue
+        for name, annotation in _unpacked(function, each).__annotations__.items():
+            like = {"default": OPTIONS[name].default, "annotation": annotation.__forward_arg__}
+            spelt_out.append(inspect.Parameter(name, each.KEYWORD_ONLY, **like))
+    return signature.replace(parameters=spelt_out)
+
+
+def hints_of(function: Callable[..., Any]) -> dict[str, Any]:
     """Types of parameters, those of unpacked options one by one."""
     hints = typing.get_type_hints(function)
     for each in inspect.signature(function).parameters.values():
-        if each.kind is each.VAR_KEYWORD and each.name in hints:
-            options = get_args(hints.pop(each.name))  # of Unpack[...]
-            hints |= typing.get_type_hints(options[0]) if options else {}
+        if each.kind is each.VAR_KEYWORD:
+            del hints[each.name]
+            hints |= typing.get_type_hints(_unpacked(function, each))
     # What may be a table is looked at, and refused, where tables are read.
     return {name: hint for name, hint in hints.items() if not _may_be_table(hint)}
 

@@ -16,8 +16,8 @@ from symkin.data.measurements import ALL_LEGS, Measurements
 from symkin.errors import SymkinError, one_of
 from symkin.estimate.assumed import with_assumed
 from symkin.estimate.fit import identified_by_leg
-from symkin.estimate.options import EstimateOptions, Estimator, PoseUse
-from symkin.estimate.survey import Survey, Unknowns, coordinates_of
+from symkin.estimate.options import EstimateOptions, Estimator, PoseUse, Unknowns
+from symkin.estimate.survey import Survey, coordinates_of
 from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.model.mechanism import Mechanism
 from symkin.options import checks

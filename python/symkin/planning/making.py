@@ -19,7 +19,8 @@ from symkin.data.measurements import ALL_LEGS, Measurements
 from symkin.data.pose_tables import as_poses
 from symkin.data.reading import Measured, as_measurements
 from symkin.errors import NotIdentifiableError, SymkinError, one_of
-from symkin.estimate.survey import Survey, Unknowns
+from symkin.estimate.options import Unknowns
+from symkin.estimate.survey import Survey
 from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import pose_rows

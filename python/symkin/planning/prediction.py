@@ -15,8 +15,8 @@ from symkin.analysis.observed import Observed, Observing
 from symkin.analysis.promises import ExpectedAccuracy, thinned
 from symkin.analysis.workspace import WorkspaceSample
 from symkin.errors import NotIdentifiableError, SymkinError
-from symkin.estimate.options import Estimator, PoseUse
-from symkin.estimate.survey import HeldByPriors, Survey, Unknowns
+from symkin.estimate.options import Estimator, PoseUse, Unknowns
+from symkin.estimate.survey import HeldByPriors, Survey
 from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import pose_rows
