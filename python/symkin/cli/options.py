@@ -248,7 +248,7 @@ class Measured:
                     param_hint="--noise",
                 )
             try:
-                said[name] = kinds[name].read(_spaced(text))
+                said[name] = kinds[name].read(text)
             except SymkinError as error:
                 raise typer.BadParameter(f"{name} {error}", param_hint="--noise") from error
         if "position" in said:  # of which a device's preset would be more
@@ -368,7 +368,11 @@ class Unknown:
             "step": several_of(self.step),
             "growth": self.growth,
             "backlash": self.backlash,
-            "assume": assumed_of(several_of(self.assume)),
+            "assume": sizes_of(
+                several_of(self.assume),
+                "--assume",
+                'names with a standard deviation each, such as "target=0.5 mm" or "scale=1e-4"',
+            ),
             "sessions": several_of(self.sessions),
             "bow": None if self.bow is None else quantity_of(self.bow, "m", "--bow"),
         }
@@ -389,16 +393,9 @@ def quantity_of(text: str, unit: str, option: str, *, is_reading: bool = False) 
     """Read a number, in any unit; without one it is in `unit`. Readings may be many turns."""
     direction = unit == "rad" and not is_reading
     try:
-        return evaluate_quantity(_spaced(text), unit, direction=direction)
+        return evaluate_quantity(text, unit, direction=direction)
     except QuantityError as error:
         raise typer.BadParameter(str(error), param_hint=option) from error
-
-
-def _spaced(text: str) -> str:
-    """``5cm`` as ``5 cm``: a command line is easier without spaces."""
-    stripped = text.strip()
-    number = stripped.rstrip("abcdefghijklmnopqrstuvwxyz")
-    return f"{number} {stripped[len(number) :]}" if number and stripped != number else stripped
 
 
 def quantities_of(text: str, units: Sequence[str], option: str) -> tuple[float, ...]:
@@ -553,7 +550,7 @@ def several_of(given: Sequence[str] | None) -> list[str] | None:
     return [part.strip() for each in given for part in re.split(r",(?![^\[]*\])", each)]
 
 
-def _sizes_of(given: Sequence[str] | None, flag: str, expected: str) -> dict[str, str] | None:
+def sizes_of(given: Sequence[str] | None, flag: str, expected: str) -> dict[str, str] | None:
     """Read names or patterns with a size each, such as ``scale=1e-4``; None if none was given."""
     if given is None:
         return None
@@ -561,19 +558,6 @@ def _sizes_of(given: Sequence[str] | None, flag: str, expected: str) -> dict[str
     if "" in sizes:
         raise typer.BadParameter(f"{flag} is {', '.join(given)}; expected {expected}")
     return sizes
-
-
-def assumed_of(given: Sequence[str] | None) -> dict[str, float | str] | None:
-    """Read names or patterns with a standard deviation each."""
-    expected = 'names with a standard deviation each, such as "target=0.5 mm" or "scale=1e-4"'
-    sizes = _sizes_of(given, "--assume", expected)
-    return None if sizes is None else {name: _spaced(size) for name, size in sizes.items()}
-
-
-def changes_of(given: Sequence[str] | None) -> dict[str, str] | None:
-    """Read what changes while a robot is measured: names with a size each."""
-    sizes = _sizes_of(given, "--changes", 'names with a size each, such as "leg2.drift=1 mrad"')
-    return None if sizes is None else {name: _spaced(size) for name, size in sizes.items()}
 
 
 def priors_of(given: Sequence[str] | None) -> Priors | None:
@@ -584,4 +568,4 @@ def priors_of(given: Sequence[str] | None) -> Priors | None:
         '"tolerances", "fitted", or patterns with a standard deviation each, such as '
         '"leg1.*=0.1 mm"'
     )
-    return _sizes_of(given, "--prior", expected)
+    return sizes_of(given, "--prior", expected)

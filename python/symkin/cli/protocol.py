@@ -36,7 +36,6 @@ from symkin.cli.options import (
     Unknown,
     accuracies_of,
     argument,
-    changes_of,
     columns_of,
     command,
     folder_of,
@@ -46,6 +45,7 @@ from symkin.cli.options import (
     refuse_unless,
     region_of,
     share_of,
+    sizes_of,
 )
 from symkin.data.pose_tables import read_pose_list
 from symkin.errors import SymkinError
@@ -322,8 +322,10 @@ def simulate(
         with OutputFiles(inputs, overwrite) as outputs:
             folder = outputs.folder(out, *Simulation.FILES)
             stage("simulating measurements")
+            expected = 'names with a size each, such as "leg2.drift=1 mrad"'
+            changed = sizes_of(changes, "--changes", expected)
             simulation = symkin.simulate(
-                loaded, commanded, seed, robot, observe=observe, changes=changes_of(changes)
+                loaded, commanded, seed, robot, observe=observe, changes=changed
             )
             simulation.write(folder)
     print_result(simulation, Telling(as_json=as_json), out, Simulation.FILES)

@@ -53,7 +53,7 @@ def robots_of_files(
     for file, stem in zip(files, stems, strict=True):
         name = stem if stems.count(stem) == 1 else str(file)
         own: set[str] = set()
-        for found in _robots_of_file(mechanism, file, name, columns, ignore, whole, own):
+        for found in robots_of_table(mechanism, file, columns, ignore, whole=whole, name=name):
             own.update(found)
             for robot in met & found.keys():
                 raise SymkinError(
@@ -78,35 +78,20 @@ def robots_of_table(
     ignore: Sequence[str],
     *,
     whole: bool = False,
+    name: str = "",
 ) -> Iterator[Robots]:
-    """Robots of one table a part at a time, as `read_fleet` reads it; `RowsApartError` as above."""
-    met: set[str] = set()
-    numbers = NumbersMet()
-    robot = robot_column(mechanism, columns)
-    for number, table in enumerate(_tables(file, robot, mechanism.step, whole)):
-        _require_together(file, met, table, robot)
-        yield measurements_by_robot(
-            table, mechanism, columns, ignore, is_first=not number, row_numbers=numbers
-        )
+    """Robots of one table a part at a time, as `read_fleet` reads it; `RowsApartError` as above.
 
-
-def _robots_of_file(
-    mechanism: Mechanism,
-    file: Path,
-    name: str,
-    columns: MeasurementColumns | None,
-    ignore: Sequence[str],
-    whole: bool,
-    met: set[str],
-) -> Iterator[Robots]:
-    """Of a file that cannot be read, or not to its end, its name and the reason."""
+    With a `name`, a table without a column of robots is one robot of that name, and so is one that
+    cannot be read, or not to its end: with the reason.
+    """
     robot = robot_column(mechanism, columns)
     tables = enumerate(_tables(file, robot, mechanism.step, whole))
-    numbers = NumbersMet()
+    numbers, met = NumbersMet(), set[str]()
     while True:
         try:
             number, table = next(tables)
-            if robot not in table.names:
+            if name and robot not in table.names:
                 if "robot" in table.names:
                     raise table.error(f'names robots by "robot"; by the mapping it is "{robot}"')
                 table = only_counting(table)
@@ -115,6 +100,8 @@ def _robots_of_file(
         except StopIteration:
             return
         except SymkinError as error:
+            if not name:
+                raise
             yield {name: str(error)}
             return
         _require_together(file, met, table, robot)

@@ -39,7 +39,7 @@ def structure_of(mechanism: Mechanism, poses: ArrayLike | None = None) -> Struct
     """
     written = LEGS if mechanism.space.moves else LEGS_ON_A_SPHERE
     known = (*written, _PINNED) if mechanism.space.moves else (*written,)
-    declared = has_declared(mechanism)
+    declared = mechanism.has_declared
     for number, chain in enumerate(() if declared else mechanism.chains, 1):
         if chain not in known:
             which = f" (leg {number})" if mechanism.mixed else ""
@@ -90,11 +90,6 @@ def structure_of(mechanism: Mechanism, poses: ArrayLike | None = None) -> Struct
         {name: each[0] for name, each in values.items()},
         far,
     )
-
-
-def has_declared(mechanism: Mechanism) -> bool:
-    """Whether a leg is declared joint by joint."""
-    return any(mechanism.leg_info(leg).declared for leg in range(len(mechanism.legs)))
 
 
 def _platform(space: str, rows: Array) -> tuple[Body, dict[str, Array]]:

@@ -30,7 +30,7 @@ from numpy.typing import ArrayLike
 from symkin.analysis.workspace import workspace_coordinates
 from symkin.exports.bodies import Joint, Structure
 from symkin.exports.common import MARK, ExportOptions, Written
-from symkin.exports.known_bodies import has_declared, structure_of
+from symkin.exports.known_bodies import structure_of
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import roll_pitch_yaw
 from symkin.storage.templates import templates_of
@@ -146,7 +146,7 @@ def _about(mechanism: Mechanism, structure: Structure) -> list[str]:
         "home": workspace_coordinates(mechanism, mechanism.home)[0].tolist(),
         "readings": mechanism.inverse_kinematics(mechanism.home)[0, mechanism.is_read].tolist(),
     }
-    if has_declared(mechanism):
+    if mechanism.has_declared:
         known |= _of_declared(mechanism, structure)
     return [
         f'"{name}", written by symkin. Lengths are m, angles rad. Geometry is the mechanism '

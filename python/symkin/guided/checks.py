@@ -264,7 +264,7 @@ def hidden_slip(estimate: Estimate[Any], forms: tuple[Array, Array]) -> HiddenSl
         length = rows.length(column)
         if length <= SILENT * np.linalg.norm(column):  # an unknown already
             continue
-        size = _seen_from(term.p_of, ALARMS / len(steps)) / length
+        size = _deviations_seen_from(term.p_of, ALARMS / len(steps)) / length
         moved = size * rows.moved(column)
         position, orientation = (
             float(np.sqrt(moved @ form[: len(moved), : len(moved)] @ moved)) for form in forms
@@ -273,7 +273,7 @@ def hidden_slip(estimate: Estimate[Any], forms: tuple[Array, Array]) -> HiddenSl
     return max(found, key=lambda each: each.position or each.orientation, default=None)
 
 
-def _seen_from(p_of: Callable[[float], float], limit: float) -> float:
+def _deviations_seen_from(p_of: Callable[[float], float], limit: float) -> float:
     """How many deviations a step is that alarms in most sessions."""
     least, most = 0.0, _MOST_ASKED
     for _ in range(_HALVED):

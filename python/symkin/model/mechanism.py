@@ -299,6 +299,11 @@ class Mechanism(Kinematics):
         return tuple(leg.chain for leg in self.legs)
 
     @property
+    def has_declared(self) -> bool:
+        """Whether a leg is declared joint by joint."""
+        return any(info.declared for info in self._infos)
+
+    @property
     def mixed(self) -> bool:
         """Whether legs have different chains."""
         return len(set(self.chains)) > 1

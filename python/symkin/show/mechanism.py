@@ -180,7 +180,7 @@ def _parameter_row(mechanism: Mechanism, index: int) -> list[str]:
 
 def held_parameters(mechanism: Mechanism) -> list[str]:
     """Say which parameters are held since others do the same; nothing if none is."""
-    if any(mechanism.leg_info(leg).declared for leg in range(len(mechanism.legs))):
+    if mechanism.has_declared:
         return _held_of_declared(mechanism)
     legs = places_of(
         (

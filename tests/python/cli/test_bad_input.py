@@ -173,7 +173,7 @@ def test_a_file_of_another_kind_is_named_and_what_was_expected(
     into = ("--out", tmp_path / "imported")
     refused("import", table, *into, words="measurements.csv: is a table; expected a printer.cfg")
     for noise, words in {
-        "position=-1mm": "position is -1 mm; expected a value that is not negative",
+        "position=-1mm": "position is -1mm; expected a value that is not negative",
         "direction=up": "direction is 'up'; expected 'beam' or 'x'",
         "heading=1mm": 'expected "estimate", or position, orientation, reading,',
     }.items():

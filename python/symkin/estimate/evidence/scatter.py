@@ -243,11 +243,11 @@ def hardly_missed(rows: Rows, power: float) -> dict[int, float]:
         if source.code != _READINGS or not (source.sums[1].sum() > 0):
             continue
         weights = source.scatter(slice(0, len(rows.residual)), 1).weights
-        sizes[source.which] = math.sqrt(_seen_from(weights, alarms, below))
+        sizes[source.which] = math.sqrt(_variance_seen_from(weights, alarms, below))
     return sizes
 
 
-def _seen_from(weights: Array, alarms: float, below: float) -> float:
+def _variance_seen_from(weights: Array, alarms: float, below: float) -> float:
     """The variance of which sums of squares, but for so many, are where so few sound ones are."""
     limit, largest = _mean(weights, _halved(lambda z: _tail(weights, z) > alarms)), weights.max()
 

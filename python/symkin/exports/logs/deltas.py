@@ -80,9 +80,8 @@ def _numbers(text: str) -> dict[str, float]:
 
 
 def _imported(
-    log: Log, kind: str, rows: _Rows, last: _Printer, took: list[str], left: list[str],
-    repeats: Sequence[float],
-) -> ImportedLog:  # fmt: skip
+    log: Log, kind: str, rows: _Rows, last: _Printer, left: Sequence[str], repeats: Sequence[float]
+) -> ImportedLog:
     """The table and the printer that a log tells of."""
     if len(rows.points) > _MOST_ROWS:
         raise log.error(f"has {len(rows.points)} probed points; expected at most {_MOST_ROWS}")
@@ -114,7 +113,6 @@ def _imported(
             raise log.error(f"probed x {x:g} y {y:g} mm, which its rods do not reach")
         columns = {f"psi_{leg + 1}_m": np.array(ways)[:, leg] for leg in range(3)}
         columns["height_m"] = np.zeros(len(ways))
-        took.insert(0, f"{len(ways)} probed points")
     mechanism = printer_of(
         log.path.stem,
         final.legs((0.0, 0.0, 0.0)),
@@ -122,10 +120,12 @@ def _imported(
         few=few_heights(len(ways)),
         probe=float(np.sqrt(np.mean(np.square(repeats)))) * 1e-3 if repeats else None,
     )
-    took.append("the printer's geometry, as the log has it last")
-    if repeats:
-        took.append(f"how well the probe repeats, of {len(repeats)} M48")
-    return ImportedLog(kind, columns, mechanism, tuple(took), tuple(left))
+    took = (
+        *[f"{len(ways)} probed points"] * bool(ways),
+        "the printer's geometry, as the log has it last",
+        *[f"how well the probe repeats, of {len(repeats)} M48"] * bool(repeats),
+    )
+    return ImportedLog(kind, columns, mechanism, took, tuple(left))
 
 
 def _completed(early: _Printer, last: _Printer) -> _Printer:
@@ -160,7 +160,6 @@ def _is_marlin(log: Log) -> bool:
 
 def _read_marlin(log: Log, asked: Asked) -> ImportedLog:
     printer, rows = _Printer(), _Rows()
-    took: list[str] = []
     left: list[str] = []
     repeats: list[float] = []
     unplaced = calibrations = 0
@@ -202,7 +201,7 @@ def _read_marlin(log: Log, asked: Asked) -> ImportedLog:
         raise log.error(
             "has no probed points: G33 prints them with V2 or V3, G30 and G29 V4 do as Bed X: ..."
         )
-    return _imported(log, MARLIN.title, rows, printer, took, left, repeats)
+    return _imported(log, MARLIN.title, rows, printer, left, repeats)
 
 
 def _direction(degrees: float) -> Array:
@@ -250,7 +249,6 @@ def _is_reprap(log: Log) -> bool:
 
 def _read_reprap(log: Log, asked: Asked) -> ImportedLog:
     printer, rows = _Printer(), _Rows()
-    took: list[str] = []
     left: list[str] = []
     places: dict[int, tuple[float, float]] = {}
     calibrated = failed = unplaced = 0
@@ -291,7 +289,7 @@ def _read_reprap(log: Log, asked: Asked) -> ImportedLog:
         )
     if asked.radius is not None:
         left.append("the radius: the commands say where was probed")
-    return _imported(log, REPRAP.title, rows, printer, took, left, ())
+    return _imported(log, REPRAP.title, rows, printer, left, ())
 
 
 def _heights(text: str) -> Iterator[float | None]:

@@ -31,7 +31,7 @@ def _listed(names: Iterable[str]) -> str:
 
 
 def _of_cells(
-    log: Log, title: str, cells: Mapping[str, Sequence[Any]], took: list[str], left: list[str]
+    log: Log, title: str, cells: Mapping[str, Sequence[Any]], source: str, left: Sequence[str]
 ) -> ImportedLog:
     """A table of the columns whose cells are numbers or empty."""
     columns, words = {}, []
@@ -43,11 +43,10 @@ def _of_cells(
             columns[name] = np.array(numbers, dtype=float)
     if not columns:
         raise log.error("has no column of numbers")
-    if words:
-        left.append(f"columns that are no numbers: {_listed(words)}")
     count = len(next(iter(columns.values())))
-    took.insert(0, f"{count} rows of {len(columns)} columns: {_listed(columns)}")
-    return ImportedLog(title, columns, None, tuple(took), tuple(left))
+    took = (f"{count} rows of {len(columns)} columns: {_listed(columns)}", *filter(None, [source]))
+    left = (*left, *[f"columns that are no numbers: {_listed(words)}"] * bool(words))
+    return ImportedLog(title, columns, None, took, left)
 
 
 def _number(value: Any) -> float | None:
@@ -71,7 +70,7 @@ def _is_json(log: Log) -> bool:
 
 def _read_json(log: Log, _asked: Asked) -> ImportedLog:
     left: list[str] = []
-    took: list[str] = []
+    source = ""
     try:
         found = json.loads(log.text)
     except RecursionError as error:
@@ -98,7 +97,7 @@ def _read_json(log: Log, _asked: Asked) -> ImportedLog:
         name = max(lists, key=lambda each: len(lists[each]))
         others = [each for each in found if each != name]
         left += [f"keys {_listed(others)}"] if others else []
-        took.append(f'the list "{name}"')
+        source = f'the list "{name}"'
         found = lists[name]
     if not isinstance(found, list) or not found:
         raise log.error("has no list of records, such as [{...}, {...}]")
@@ -112,7 +111,7 @@ def _read_json(log: Log, _asked: Asked) -> ImportedLog:
     if len(names) > _MOST_COLUMNS:
         raise log.error(f"has {len(names)} different keys; expected at most {_MOST_COLUMNS}")
     cells = {name: [each.get(name) for each in flat] for name in names}
-    return _of_cells(log, JSON.title, cells, took, left)
+    return _of_cells(log, JSON.title, cells, source, left)
 
 
 def _lines_of_json(log: Log) -> tuple[list[Any], list[int]]:
@@ -194,8 +193,8 @@ def _read_excel(log: Log, _asked: Asked) -> ImportedLog:
         left = [f'sheet "{each}"' for each in sheets if each != title]
         left += [f"{head} rows above the header"] * bool(head)
         left += [f"{len(below) - end - 1} rows below the table"] * (end < len(below) - 1)
-        took = [f'the sheet "{title}", whose header is row {head + 1}']
-        return _of_cells(log, EXCEL.title, cells, took, left)
+        source = f'the sheet "{title}", whose header is row {head + 1}'
+        return _of_cells(log, EXCEL.title, cells, source, left)
     raise log.error("has no sheet with a row of names above rows of numbers")
 
 
