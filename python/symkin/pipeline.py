@@ -8,10 +8,9 @@ import os
 from collections.abc import Callable, Mapping
 from functools import cached_property
 from pathlib import Path
-from typing import Any, ClassVar, Generic
+from typing import Any, ClassVar, Generic, Unpack
 
 from symkin.analysis.evaluation import Evaluation, evaluate
-from symkin.analysis.observability import RowKind
 from symkin.analysis.promises import ExpectedAccuracy
 from symkin.analysis.workspace import WorkspaceSample, sample_workspace
 from symkin.errors import SymkinError, one_of
@@ -23,10 +22,9 @@ from symkin.model.framing import framed
 from symkin.model.given import as_mechanism
 from symkin.model.mechanism import Mechanism
 from symkin.options import checks
-from symkin.planning import Design, Plan, make_plan
-from symkin.planning.making import for_all_parameters
+from symkin.planning import Plan, make_plan
+from symkin.planning.making import ChoosingForPlan, for_all_parameters
 from symkin.planning.plan import write_plan
-from symkin.planning.selection import Criterion, SelectionMethod
 from symkin.planning.simulation import Simulation, simulate, simulate_observed
 from symkin.results import FolderResult, loaded
 from symkin.values import Value, plain, record
@@ -183,13 +181,9 @@ def run_protocol(
     *,
     estimator: Estimator | None = None,
     poses: PoseUse = "all",
-    design: Design | None = None,
-    rows: RowKind = "noise_aware",
-    criterion: Criterion = "O1",
-    method: SelectionMethod = "exchange",
-    margin_sigmas: float = 3.0,
     seed: int | None = None,
     progress: Callable[[str], None] | None = None,
+    **choosing: Unpack[ChoosingForPlan],
 ) -> ProtocolResult[Nominal]:
     """Run the protocol on a simulated robot: PS1-PS3 and DC1-DC3 of the paper (section 5).
 
@@ -224,11 +218,7 @@ def run_protocol(
         own if observed else for_all_parameters(own),
         candidates,
         seed=seed,
-        design=design,
-        rows=rows,
-        criterion=criterion,
-        method=method,
-        margin_sigmas=margin_sigmas,
+        **choosing,
         visit=None if observed else "sets",
     )
     progress("simulating measurements")

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any, Self, Unpack
 
 from symkin.analysis import evaluation, workspace
 from symkin.analysis.checks import CheckResult, check_mechanism
-from symkin.analysis.observability import RowKind
 from symkin.data.reading import MeasuredSessions
 from symkin.estimate.estimate import Estimate
 from symkin.estimate.identification import identify
@@ -21,7 +20,7 @@ from symkin.model.mechanism import Mechanism
 from symkin.options import checks
 from symkin.pipeline import ProtocolResult, run_protocol, saved_estimate
 from symkin.planning import making, simulation
-from symkin.planning.selection import Criterion, Design, SelectionMethod
+from symkin.planning.making import ChoosingForPlan
 from symkin.present import Page, kinds_told
 from symkin.results import Result, loaded
 from symkin.show.images import plotted
@@ -72,31 +71,24 @@ class Robot(Mechanism):
         """Return `symkin.identify` from measurements, with it as the nominal mechanism."""
         return identify(self, measurements, estimator, **options)
 
+    @checks()
     def run(
         self,
         *,
         estimator: Estimator | None = None,
         poses: PoseUse = "all",
-        design: Design | None = None,
-        rows: RowKind = "noise_aware",
-        criterion: Criterion = "O1",
-        method: SelectionMethod = "exchange",
-        margin_sigmas: float = 3.0,
         seed: int | None = None,
         progress: Callable[[str], None] | None = None,
+        **choosing: Unpack[ChoosingForPlan],
     ) -> ProtocolResult[Self]:
         """Return `symkin.run_protocol` of it."""
         return run_protocol(
             self,
             estimator=estimator,
             poses=poses,
-            design=design,
-            rows=rows,
-            criterion=criterion,
-            method=method,
-            margin_sigmas=margin_sigmas,
             seed=seed,
             progress=progress,
+            **choosing,
         )
 
     def save(

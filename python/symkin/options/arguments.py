@@ -83,7 +83,8 @@ def _spelt_out(function: Callable[..., Any]) -> inspect.Signature:
             spelt_out.append(each)
             continue
         for name, annotation in _unpacked(function, each).__annotations__.items():
-            like = {"default": OPTIONS[name].default, "annotation": annotation.__forward_arg__}
+            default = OPTIONS[name].default if name in OPTIONS else None
+            like = {"default": default, "annotation": annotation.__forward_arg__}
             spelt_out.append(inspect.Parameter(name, each.KEYWORD_ONLY, **like))
     return signature.replace(parameters=spelt_out)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any, Unpack
+from typing import Any, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -54,6 +54,37 @@ _TIME_LIMIT = 10.0  # s
 _MOST_KEPT = 100_000  # candidates in a plan: 11 MB of its file
 
 
+class Choosing(TypedDict, total=False):
+    """How poses are chosen."""
+
+    design: Design | None
+    rows: RowKind
+    criterion: Criterion
+
+
+class ChoosingForPlan(Choosing, total=False):
+    """And where a plan is made."""
+
+    method: SelectionMethod
+    margin_sigmas: float
+
+
+class PlanOptions(ChoosingForPlan, Unknowns, total=False):
+    """And from what, for what."""
+
+    required: ArrayLike | WorkspaceSample | TableSource | None
+    measured: Measured | None
+    avoid: Sequence[Region] | None
+    minimum_distance: float
+    symmetry: bool
+    visit: Visit | None
+    spares: int | None
+    time_limit: float | None
+    threads: int
+    confidence: float
+    observe: Observing | None
+
+
 @checks()
 def plan(
     mechanism: MechanismGiven,
@@ -61,23 +92,7 @@ def plan(
     *,
     candidates: int | ArrayLike | WorkspaceSample | None = None,
     seed: int | None = None,
-    design: Design | None = None,
-    rows: RowKind = "noise_aware",
-    criterion: Criterion = "O1",
-    method: SelectionMethod = "exchange",
-    required: ArrayLike | WorkspaceSample | TableSource | None = None,
-    measured: Measured | None = None,
-    avoid: Sequence[Region] = (),
-    minimum_distance: float = 0.0,
-    margin_sigmas: float = 3.0,
-    symmetry: bool = True,
-    visit: Visit | None = None,
-    spares: int | None = None,
-    time_limit: float | None = None,
-    threads: int = 0,
-    confidence: float = CONFIDENCE,
-    observe: Observing | None = None,
-    **unknowns: Unpack[Unknowns],
+    **options: Unpack[PlanOptions],
 ) -> Plan:
     """Choose the poses to measure out of a mechanism's workspace, as ``symkin plan`` does.
 
@@ -92,8 +107,7 @@ def plan(
         these themselves, see `make_plan`.
     seed : int, optional
         Of the candidates and the selection, by default the protocol's.
-    design, rows, criterion, method, required, measured, avoid, minimum_distance, margin_sigmas, \
-symmetry, visit, spares, time_limit, threads, confidence, observe, **unknowns
+    **options
         See `make_plan`.
 
     Returns
@@ -110,29 +124,7 @@ symmetry, visit, spares, time_limit, threads, confidence, observe, **unknowns
     if candidates is None or isinstance(candidates, int | np.integer):
         number = None if candidates is None else int(candidates)
         candidates = sample_workspace(mechanism, number, seed)
-    return make_plan(
-        mechanism,
-        candidates,
-        pose_count,
-        seed,
-        design=design,
-        rows=rows,
-        criterion=criterion,
-        method=method,
-        required=required,
-        measured=measured,
-        avoid=avoid,
-        minimum_distance=minimum_distance,
-        margin_sigmas=margin_sigmas,
-        symmetry=symmetry,
-        visit=visit,
-        spares=spares,
-        time_limit=time_limit,
-        threads=threads,
-        confidence=confidence,
-        observe=observe,
-        **unknowns,
-    )
+    return make_plan(mechanism, candidates, pose_count, seed, **options)
 
 
 def usual_visit(mechanism: Mechanism) -> Visit:
@@ -156,24 +148,7 @@ def make_plan(
     candidates: ArrayLike | WorkspaceSample,
     pose_count: int | None = None,
     seed: int | None = None,
-    *,
-    design: Design | None = None,
-    rows: RowKind = "noise_aware",
-    criterion: Criterion = "O1",
-    method: SelectionMethod = "exchange",
-    required: ArrayLike | WorkspaceSample | TableSource | None = None,
-    measured: Measured | None = None,
-    avoid: Sequence[Region] = (),
-    minimum_distance: float = 0.0,
-    margin_sigmas: float = 3.0,
-    symmetry: bool = True,
-    visit: Visit | None = None,
-    spares: int | None = None,
-    time_limit: float | None = None,
-    threads: int = 0,
-    confidence: float = CONFIDENCE,
-    observe: Observing | None = None,
-    **unknowns: Unpack[Unknowns],
+    **options: Unpack[PlanOptions],
 ) -> Plan:
     """Choose the poses to measure: for the reference leg, carried to the other legs by symmetry.
 
@@ -262,36 +237,29 @@ def make_plan(
         For demands that contradict each other or the mechanism.
     """
     mechanism = as_mechanism(mechanism)
-    visit = one_of("visit", visit or usual_visit(mechanism), Visit)
-    if measured is not None:
-        measured = as_measurements(measured, mechanism)
+    said: dict[str, Any] = dict(options)
+    unknowns = {name: said.pop(name, None) for name in Unknowns.__annotations__}
+    observed = Observed.of(mechanism, said.pop("observe", None))
+    visit = one_of("visit", said.pop("visit", None) or usual_visit(mechanism), Visit)
+    symmetry, margin_sigmas = said.pop("symmetry", True), said.pop("margin_sigmas", 3.0)
+    required, measured = said.pop("required", None), said.pop("measured", None)
     given = pose_rows(candidates)
-    observed = Observed.of(mechanism, observe)
     poses = where_observed(mechanism, observed, given)
-    sample = candidates if isinstance(candidates, WorkspaceSample) else None
-    if poses is not given:
-        sample = None
+    sample = candidates if isinstance(candidates, WorkspaceSample) and poses is given else None
     survey = Survey.of(mechanism, poses, observed, unknowns)
-    design = default_design(survey) if design is None else design
+    design = said.pop("design", None) or default_design(survey)
     demands = _Demands(
         mechanism=mechanism,
         candidates=poses,
         sample=sample,
         required=poses[:0] if required is None else as_poses(required, mechanism),
-        measured=measured,
+        measured=None if measured is None else as_measurements(measured, mechanism),
         count=mechanism.protocol.pose_count if pose_count is None else pose_count,
         seed=mechanism.protocol.seed if seed is None else seed,
         design=design,
-        rows=rows,
-        criterion=criterion,
-        method=method,
-        avoid=avoid,
-        minimum_distance=minimum_distance,
-        spares=spares,
-        time_limit=time_limit,
-        threads=threads,
-        confidence=confidence,
         survey=survey,
+        avoid=said.pop("avoid", None) or (),
+        **said,
     )
     symmetric = symmetry and not demands.tells_legs_apart
     kept = clearance(mechanism, poses, margin_sigmas)
@@ -406,16 +374,16 @@ class _Demands:
     count: int
     seed: int
     design: Design
-    rows: RowKind
-    criterion: Criterion
-    method: SelectionMethod
-    avoid: Sequence[Region]
-    minimum_distance: float
-    spares: int | None
-    time_limit: float | None
-    confidence: float
-    threads: int
     survey: Survey | None
+    rows: RowKind = "noise_aware"
+    criterion: Criterion = "O1"
+    method: SelectionMethod = "exchange"
+    avoid: Sequence[Region] = ()
+    minimum_distance: float = 0.0
+    spares: int | None = None
+    time_limit: float | None = None
+    confidence: float = CONFIDENCE
+    threads: int = 0
 
     def __post_init__(self) -> None:
         """Refuse demands that do not go together."""
