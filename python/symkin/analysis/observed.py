@@ -63,6 +63,8 @@ class Observed:
         Further targets in the platform's frame, m.
     anchors : tuple of tuple of float
         Fixed points in the device's frame, m.
+    zeros : tuple of float
+        Of each anchor, by how much more its distance is than is shown, m; empty if nothing is.
     plane : tuple of float
         ``c0, c1, c2`` of the plane ``z = c0 + c1 x + c2 y`` in the base frame; of a bed that is
         not flat its bow and radius beside, as in `Frames`.
@@ -83,6 +85,7 @@ class Observed:
     target: tuple[float, ...] | None = None
     points: tuple[tuple[float, ...], ...] = ()
     anchors: tuple[tuple[float, ...], ...] = ()
+    zeros: tuple[float, ...] = ()
     plane: tuple[float, ...] = (0.0, 0.0, 0.0)
     missing: float = 0.0
     spread: float = 0.0
@@ -152,13 +155,18 @@ class Observed:
         return seen.in_frames(frames)
 
     def in_frames(self, frames: Frames | None) -> Observed:
-        """Return it with the base, target and plane of a mechanism where it gives none itself."""
+        """Return it with a mechanism's base, target and plane where it gives none itself.
+
+        And with the zeros of its anchors, if it has the same.
+        """
         given = frames or Frames()
         level = not any(self.plane[:4])
         return replace(
             self,
             base=self.base or given.base or None,
             target=self.target or given.target or None,
+            zeros=self.zeros
+            or (given.zeros if np.array_equal(self.anchors, given.anchors) else ()),
             plane=given.plane if level and given.plane else self.plane,
         )
 
@@ -244,7 +252,7 @@ class Observed:
         if self.anchors:
             away = seen.translation[:, None] - np.array(self._of("anchors", size))
             distances = np.linalg.norm(away, axis=2)
-            found["distances"] = noisy("distances", distances)
+            found["distances"] = noisy("distances", distances) - np.array(self.zeros or (0.0,))
         if "reported" in self.kinds:
             found["reported"] = taken.poses
         if "height" in self.kinds:

@@ -566,6 +566,6 @@ def priors_of(given: Sequence[str] | None) -> Priors | None:
         return given[0]
     expected = (
         '"tolerances", "fitted", or patterns with a standard deviation each, such as '
-        '"leg1.*=0.1 mm"'
+        '"leg1.*=0.1 mm", beside which the tolerances are priors of all others anyway'
     )
     return sizes_of(given, "--prior", expected)

@@ -358,7 +358,7 @@ def _columns_for(table: Table, mechanism: Mechanism) -> MeasurementColumns:
             )
         raise table.error(
             "has readings, and neither poses nor heights; where a probe touched a bed, add a "
-            "column height_mm of zeros"
+            f"column height_mm of zeros (columns present: {', '.join(table.names)})"
         )
     if (lacks_pose or not has_readings) and (mapping := mapping_for(table, mechanism)):
         wanted = [
@@ -376,6 +376,14 @@ def _columns_for(table: Table, mechanism: Mechanism) -> MeasurementColumns:
         raise error
     if mapped is not None and not own_names:
         return mapped
+    if lacks_pose and not has_readings:
+        (reading,), pose = reading_column_names(1, mechanism.reading_unit), pose_column_names(space)
+        others = ", distance_1_m or height_m" if mechanism.space.in_space else " or distance_1_m"
+        raise table.error(
+            f"has no columns of symkin's names: of readings, such as {reading}, and of what was "
+            f"measured beside them, such as {pose[0]}{others} (columns present: "
+            f"{', '.join(table.names)}); rename them, or say with --columns which is which"
+        )
     if lacks_pose:
         return own_columns(table, space, legs)  # of which there is none: the error says so
     return columns

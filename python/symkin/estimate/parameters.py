@@ -119,6 +119,7 @@ def unknowns_of(
     drawn[: len(of_drawing)] = of_drawing
     places = {"base": given.base, "target": given.target, "plane": given.plane}
     places |= {f"point{i + 1}": place for i, place in enumerate(points)}
+    places |= {f"distance{i + 1}": (zero,) for i, zero in enumerate(given.zeros)}
     by = layout.by_columns
     hidden = np.linalg.norm(unseen, axis=1) if unseen.size else np.zeros(len(layout.names))
     tied = {scalar for scalar, _, _ in layout.ties}

@@ -651,11 +651,12 @@ def _with_surroundings(mechanism: Mechanism, measurements: Measurements) -> Mech
         count = 0 if observed is None else observed.shape[1]
         if count and (count < len(given) or (name == "distances" and count > len(given))):
             key = "points" if name == "points" else "anchors"
+            place = ", ".join("xyz"[: mechanism.space.size])
             raise SymkinError(
                 f"{count} {name} were observed, and {len(given)} {key} are given; "
                 + (
                     "say the nominal places of their fixed points in the device's frame in the "
-                    "[frames] of the mechanism's file: anchors = [[x, y], ...]"
+                    f"[frames] of the mechanism's file: anchors = [[{place}], ...]"
                     if key == "anchors"
                     else "expected as many columns, empty for what was hidden"
                 )

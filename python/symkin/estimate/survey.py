@@ -673,6 +673,7 @@ def placed(mechanism: Mechanism, observe: Observing) -> tuple[Observed, Mechanis
         target=observed.target or (),
         points=observed.points or frames.points,
         anchors=observed.anchors or frames.anchors,
+        zeros=observed.zeros if observed.anchors else frames.zeros,
         plane=observed.plane if mechanism.space.size == 3 else (),
     )
     return observed, mechanism.replace(frames=placed)

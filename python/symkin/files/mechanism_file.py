@@ -15,7 +15,7 @@ import numpy as np
 
 from symkin.data.columns import check_columns
 from symkin.data.sensor_tables import read_sensor_table
-from symkin.errors import MechanismFileError, did_you_mean, named_legs, printable
+from symkin.errors import MechanismFileError, SymkinError, did_you_mean, named_legs, printable
 from symkin.files.declared_legs import SECTIONS_OF_LEGS, with_declared_chains
 from symkin.files.mechanism_schema import (
     ENDS,
@@ -109,7 +109,7 @@ def read_mechanism(
     legs, symmetry, deviations, curvature = _legs(source, file, section, entries, infos)
     info = infos[0]  # they agree in what follows
     read = sum(chain_info(leg.chain, platform).read for leg in legs)
-    workspace, frames, points = _placed(file, info, points)
+    workspace, frames, points = _placed(source, file, info, points)
     measured = _measured(source, file, info, frames)
     mechanism = source.call(
         (section,),
@@ -346,7 +346,7 @@ def _workspace(file: _Values, info: ChainInfo) -> WorkspaceSettings | None:
 
 
 def _placed(
-    file: _Values, info: ChainInfo, points: DrawnPoints | None
+    source: TomlSource, file: _Values, info: ChainInfo, points: DrawnPoints | None
 ) -> tuple[WorkspaceSettings | None, Frames | None, DrawnPoints | None]:
     """Workspace and frames in the mechanism's own frames, and how the file has the first."""
     pose_space = info.pose_space
@@ -354,7 +354,10 @@ def _placed(
     section = dict(file.get("frames", {}))
     for end in ("base", "platform"):
         section.pop(f"{end}_centre", None)
-    frames = Frames(**section) if section else None
+    try:
+        frames = Frames(**section) if section else None
+    except SymkinError as error:
+        raise source.error(("frames", "zeros"), str(error)) from None
     if points is None:
         return workspace, frames, None
     points = dataclasses.replace(points, workspace=workspace if points.moved else None)

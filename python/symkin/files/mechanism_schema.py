@@ -378,6 +378,7 @@ def mechanism_table(
     frames = {"base": frame, "target": frame}
     if space.moves:
         frames["anchors"] = list_of(_coordinates(*place))
+        frames["zeros"] = list_of(quantity("m"))
         frames["points"] = list_of(_or_nowhere(_coordinates(*place)))
     if space.size == 3:
         frames["plane"] = _or_bowed(_coordinates("m", "1", "1"))

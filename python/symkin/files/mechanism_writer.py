@@ -325,6 +325,7 @@ def _settings(mechanism: Mechanism) -> dict[str, tuple[_Values, Mapping[str, str
                 "target": "in the platform's frame",
                 "points": "in the platform's frame",
                 "anchors": "in the frame of the measuring device",
+                "zeros": "m, by how much more the distances are than is shown",
                 "plane": "c0, c1, c2 of z = c0 + c1 x + c2 y; of a bowed bed: its bow, its radius",
                 "base_centre": "m: of the parameters that base_point stands for",
                 "platform_centre": "m: of those that platform_point stands for",

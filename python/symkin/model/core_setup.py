@@ -50,6 +50,7 @@ def core_setup(
         slopes.legs,
         slopes.of_base,
         slopes.base,
+        np.array(frames.zeros),
     )
 
 
@@ -89,6 +90,7 @@ def frames_of(mechanism: Mechanism, setup: _core.Setup) -> Frames:
         target=tuple(target.tolist()),
         points=tuple(map(tuple, setup.points[:, :size].tolist())),
         anchors=tuple(map(tuple, setup.anchors[:, :size].tolist())),
+        zeros=tuple(setup.zeros.tolist()) if np.any(setup.zeros) else (),
         plane=_bed_of(setup) if size == 3 else (),
     )
 

@@ -182,12 +182,12 @@ def _frames_in(
         tuple((np.array(each) - platform.translation[:size]).tolist()) if len(each) else ()
         for each in frames.points
     )
-    made = Frames(
-        tuple(outer.tolist()) if outer.any() else (),
-        tuple(inner.tolist()) if inner.any() else (),
-        points,
-        frames.anchors,
-        plane if any(plane) else (),
+    made = dataclasses.replace(
+        frames,
+        base=tuple(outer.tolist()) if outer.any() else (),
+        target=tuple(inner.tolist()) if inner.any() else (),
+        points=points,
+        plane=plane if any(plane) else (),
     )
     return _or_none(made)
 

@@ -285,17 +285,34 @@ class Frames(_Settings):
         observed beyond these.
     anchors : tuple of tuple of float
         Fixed points that distances are measured from, in the device's frame, m.
+    zeros : tuple of float
+        Of each anchor, by how much more the distance is than is shown, m; empty if nothing is.
     plane : tuple of float
         c0, c1, c2 of the plane z = c0 + c1 x + c2 y of the base's frame that a probe touches; of a
         bed that is not flat, its bow and radius beside: how far its rim, at this radius, is above
         its middle, with the square of the way from there.
+
+    Raises
+    ------
+    SymkinError
+        If there are zeros, and another number of anchors.
     """
 
     base: tuple[float, ...] = ()
     target: tuple[float, ...] = ()
     points: tuple[tuple[float, ...], ...] = ()
     anchors: tuple[tuple[float, ...], ...] = ()
+    zeros: tuple[float, ...] = ()
     plane: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Refuse zeros of some anchors alone."""
+        super().__post_init__()
+        if self.zeros and len(self.zeros) != len(self.anchors):
+            raise SymkinError(
+                f"zeros of distances are {len(self.zeros)}, of {len(self.anchors)} anchors; "
+                "expected one of each"
+            )
 
 
 def height_of_bed(plane: Sequence[float], places: Array) -> Array:

@@ -209,7 +209,7 @@ def make_plan(
         0 for as many as the machine has; the plan is the same with any number.
     confidence : float
         Share of all such robots that are within the bounds of `Plan.expected`.
-    observe : Observed or str, optional
+    observe : Observed, str or sequence of str, optional
         What will be observed besides the readings, by default what the mechanism's device does, or
         full poses. A frame, point or anchor
         that it does not give is where the mechanism's `frames` has it. The poses are then chosen

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.analysis.homes import with_usable_home
-from symkin.analysis.observed import NO_NOISE, Observable, Observed
+from symkin.analysis.observed import NO_NOISE, Observed, Observing
 from symkin.data.measurements import Measurements
 from symkin.data.reading import write_measurements
 from symkin.estimate.changes import changed_observations, changed_poses
@@ -103,7 +103,7 @@ def simulate(
     seed: int | None = None,
     actual: MechanismGiven | None = None,
     *,
-    observe: Observed | Observable | None = None,
+    observe: Observing | None = None,
     changes: Mapping[str, float | str] | None = None,
 ) -> Simulation:
     """Simulate the measurements of a plan (section 6.5 of the paper).
@@ -122,7 +122,7 @@ def simulate(
         Of the robot's errors and of the noise; by default the protocol's.
     actual : Mechanism, optional
         The robot as made, by default `disturb` of the nominal one.
-    observe : Observed or str, optional
+    observe : Observed, str or sequence of str, optional
         What is observed besides the readings, by default what the plan was made for, what the
         mechanism's device does, or full poses. Base, target and plane that it does not give are
         those of the mechanism's `frames`; without, its own.

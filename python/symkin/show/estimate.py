@@ -539,7 +539,7 @@ def _change(each: Unknown) -> str:
 
 
 def _title(block: str) -> str:
-    for start in ("leg", "point", "anchor"):
+    for start in ("leg", "point", "anchor", "distance"):
         if block.startswith(start):
             return f"{start.capitalize()} {block.removeprefix(start)}"
     if block.startswith("step"):

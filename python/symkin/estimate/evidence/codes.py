@@ -415,6 +415,10 @@ NOTES: Mapping[str, Code] = {
     "priors-stand": Code(
         "The data say next to nothing of {names}: what stands there is the prior."
     ),
+    "points-unseen": Code(
+        "The points of [frames] were measured in no row: distances are of the target",
+        "if the distances are of one of them, write its place as target in [frames]",
+    ),
     "left-to-gravity": Code("{words}; no accuracy of poses at given readings can be told."),
     "held-as-exact": Code(
         "{names} {be} held and taken as exact",

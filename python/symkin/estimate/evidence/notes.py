@@ -78,6 +78,9 @@ def notes_of(
         rows = tuple(int(found.measurements.row_numbers[row]) for row, _ in found.rejected)
         left = [f"{what} in row {row}" for row, (_, what) in zip(rows, found.rejected, strict=True)]
         yield Note("left-out", rows=rows, figures={"names": few(left, _REJECTED)})
+    frames, measured = found.nominal.frames, found.measurements
+    if frames and frames.points and measured.points is None and measured.distances is not None:
+        yield Note("points-unseen")
     for words in changed_settings(found.nominal, found.mechanism):
         yield Note("settings-changed", figures={"words": words})
 
@@ -85,12 +88,12 @@ def notes_of(
 def _held_as_exact(found: Found) -> Iterator[Note]:
     """Name what is held without a word of how well it is known, the device's scale among it."""
     known = {each.name for each in found.assumed}
+    # Of sessions nothing is drawn, and what nobody measured does not matter.
+    of_none = ("session", *(("point",) if found.measurements.points is None else ()))
     names = unknowns_by_name(
         each.name
         for each in found.unknowns
-        if each.status == "held"
-        and each.name not in known
-        and not each.name.startswith("session")  # of which nothing is drawn
+        if each.status == "held" and each.name not in known and not each.name.startswith(of_none)
     )
     names += _of_the_device(found, known)
     if names:
