@@ -35,11 +35,10 @@ def suspects(nominal: Mechanism, parameters: Array, deviations: Array) -> NDArra
     """Robots whose parameters may be no mechanism's, or whose deviations are unknown."""
     legs = range(len(nominal.legs))
     kinds = np.array([[role.kind for role in nominal.parameter_roles(leg)] for leg in legs])
-    sized = np.isfinite(parameters).all(axis=(1, 2))
-    strange = (parameters[:, kinds == "length"] <= 0).any(axis=1)
-    strange |= (np.abs(parameters) > _LARGEST_ANGLE).any(axis=(1, 2))
-    strange |= (parameters[:, kinds == "gain"] == 0).any(axis=1)
-    return np.flatnonzero(sized & (strange | ~np.isfinite(deviations).all(axis=(1, 2))))
+    strange = (parameters <= 0) & (kinds == "length") | (parameters == 0) & (kinds == "gain")
+    strange |= (np.abs(parameters) > _LARGEST_ANGLE) | ~np.isfinite(deviations)
+    strange = strange.any(axis=(1, 2)) & np.isfinite(parameters).all(axis=(1, 2))
+    return np.flatnonzero(strange)
 
 
 def impossible(nominal: Mechanism, parameters: Array, deviations: Array) -> str:
@@ -66,20 +65,17 @@ def doubted(
     Of a robot that failed neither.
     """
     chi_square, freedom = found["chi_square"], found["degrees_of_freedom"]
-    identified = nominal.is_estimated
-    tolerances, deviations = parameter_tolerances(nominal)[identified], deviations[:, identified]
-    changes = (parameters - nominal.parameters)[:, identified]
-    distances = np.abs(changes) / np.hypot(tolerances, deviations)
-    farthest = NormalDist().inv_cdf(1 - FALSE_ALARMS / 4 / tolerances.size)
-    strange = (
-        (freedom < 1) | (chi_square > found["limit"]),
-        (chi_square < found["least"]) & (options.loss == "none"),
-        distances > farthest,
-    )
-    return (
-        np.asarray(np.concatenate(strange, axis=1).any(axis=1)),
-        np.asarray((deviations > UNKNOWN * tolerances).any(axis=1)),
-    )
+    tolerances, estimated = parameter_tolerances(nominal), nominal.is_estimated
+    farthest = NormalDist().inv_cdf(1 - FALSE_ALARMS / 4 / np.count_nonzero(estimated))
+    with np.errstate(over="ignore"):  # of one that ran away
+        changes = np.square(parameters - nominal.parameters)
+        allowed = farthest**2 * (np.square(tolerances) + np.square(deviations))
+    unlikely = (freedom < 1) | (chi_square > found["limit"])
+    if options.loss == "none":
+        unlikely |= chi_square < found["least"]
+    strange = ((changes > allowed) & estimated).any(axis=(1, 2)) | unlikely.any(axis=1)
+    hidden = ((deviations > UNKNOWN * tolerances) & estimated).any(axis=(1, 2))
+    return np.asarray(strange), np.asarray(hidden)
 
 
 class Looked(NamedTuple):

@@ -63,29 +63,30 @@ class Job:
         """Whether every robot is identified as `identify` does, by itself."""
         return bool(self.asked or why_together(self.nominal, {}, self.options.noise))
 
-    def is_together(self, measured: Measurements) -> bool:
-        """Whether a robot is."""
-        return self.all_together or not measured.complete
+    def those_together(self, robots: Mapping[int, Measurements]) -> dict[int, Measurements]:
+        """Those that are, by their places."""
+        if self.all_together:
+            return dict(robots)
+        return {place: each for place, each in robots.items() if each.incomplete_because}
 
-    @cached_property
-    def widths(self) -> tuple[int, int]:
-        """Coordinates and legs."""
-        return self.nominal.home.size, len(self.nominal.legs)
-
-    def refusal(self, measured: Measurements) -> str:
-        """Why a robot cannot be identified so; empty if it can."""
-        if (measured.poses.shape[1], measured.readings.shape[1]) != self.widths:
-            coordinates, legs = self.widths
-            return (
-                f"poses of {measured.poses.shape[1]} coordinates and readings of "
-                f"{measured.readings.shape[1]} legs; expected {coordinates} and {legs}"
-            )
-        if self.options.estimator == "joint" or measured.complete:
-            return ""
-        return (
-            f"{measured.incomplete_because}, where the legs of all others are identified one by "
-            'one from full poses; expected the estimator "joint", or the measurements without it'
-        )
+    def refusals(self, robots: Mapping[int, Measurements]) -> dict[int, str]:
+        """Why robots cannot be identified so, by the places of those that cannot."""
+        coordinates, legs = expected = self.nominal.home.size, len(self.nominal.legs)
+        refused = {}
+        if self.options.estimator != "joint":
+            refused = {
+                place: f"{each.incomplete_because}, where the legs of all others are identified "
+                'one by one from full poses; expected the estimator "joint", or the measurements '
+                "without it"
+                for place, each in robots.items()
+                if each.incomplete_because
+            }
+        return refused | {
+            place: f"poses of {each.poses.shape[1]} coordinates and readings of "
+            f"{each.readings.shape[1]} legs; expected {coordinates} and {legs}"
+            for place, each in robots.items()
+            if (each.poses.shape[1], each.readings.shape[1]) != expected
+        }
 
     def columns(self, robots: int) -> dict[str, Array]:
         """Columns of robots of which nothing is known yet."""
@@ -98,7 +99,7 @@ class Job:
 
     def identify(self, robots: Sequence[Measurements]) -> Found:
         """Identify some robots, all of them each by itself, or all at once."""
-        if self.is_together(robots[0]):
+        if self.those_together({0: robots[0]}):
             return self._together(robots)
         options = self.options
         poses = [each.poses for each in robots]
@@ -146,21 +147,22 @@ def identifying(
 
 
 def _identified(job: Job, client: Any, robots: Robots) -> Identified:
-    failures: list[str] = []
-    usable: dict[bool, list[tuple[int, Measurements]]] = {False: [], True: []}
-    Measurements.look_through([each for each in robots.values() if isinstance(each, Measurements)])
-    for number, measured in enumerate(robots.values()):
-        failure = measured if isinstance(measured, str) else job.refusal(measured)
-        if not (failure or isinstance(measured, str)):
-            usable[job.is_together(measured)].append((number, measured))
-        failures.append(failure)
+    failures = [each if isinstance(each, str) else "" for each in robots.values()]
+    usable = {row: each for row, each in enumerate(robots.values()) if not isinstance(each, str)}
+    Measurements.look_through([*usable.values()])
+    for row, failure in job.refusals(usable).items():
+        failures[row] = failure
+        del usable[row]
+    own = job.those_together(usable)
+    alike = {row: each for row, each in usable.items() if row not in own} if own else usable
     columns = job.columns(len(robots))
     together: dict[int, FoundTogether] = {}
-    computed = (_computed(job, client, each, 1 if own else _CHUNK) for own, each in usable.items())
+    computed = (_computed(job, client, *each) for each in ((alike, _CHUNK), (own, 1)))
     for rows, found in itertools.chain(*computed):
         for row, failure in zip(rows, found.failures, strict=True):
             failures[row] = failure
-        places = np.array(rows)
+        first, end = rows[0], rows[-1] + 1
+        places = slice(first, end) if end - first == len(rows) else np.array(rows)
         for name, values in found.columns.items():
             columns[name][places] = values
         if found.together:
@@ -169,14 +171,15 @@ def _identified(job: Job, client: Any, robots: Robots) -> Identified:
 
 
 def _computed(
-    job: Job, client: Any, robots: list[tuple[int, Measurements]], size: int
+    job: Job, client: Any, robots: Mapping[int, Measurements], size: int
 ) -> Iterator[tuple[list[int], Found]]:
     """What is found of chunks of robots of this size, in whatever order they are ready."""
     if client is None:
         if robots:
-            yield [number for number, _ in robots], job.identify([each for _, each in robots])
+            yield [*robots], job.identify([*robots.values()])
         return
-    chunks = [robots[first : first + size] for first in range(0, len(robots), size)]
+    places = [[*robots][first : first + size] for first in range(0, len(robots), size)]
+    chunks = ([(row, robots[row]) for row in rows] for rows in places)
     yield from spread(client, _chunk, ((version(), job, chunk) for chunk in chunks))
 
 
