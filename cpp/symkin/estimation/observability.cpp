@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "symkin/estimation/observability.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <string>
@@ -77,20 +78,28 @@ RowMatrix paper_rows_of_all(const Mechanism& mechanism, ConstRows poses) {
 RowMatrix whitened_rows(const Mechanism& mechanism, const std::vector<Index>& legs, ConstRows poses,
                         const MeasurementNoise& noise) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-  const Index count = poses.rows();
-  MeasurementSet exact{poses, RowMatrix::Constant(count, mechanism.leg_count(), kNan),
-                       std::vector<Index>(static_cast<std::size_t>(count), -1)};
-  for (const Index leg : legs) {
-    exact.readings.col(leg) = inverse_kinematics(mechanism, leg, poses);
-  }
-  const WhitenedClosures system =
-      whiten_closures(mechanism, exact, legs, noise, LinearisedAt::measured);
+  constexpr Index kTogether = 128;  // poses, whose latent poses stay in the caches
   const Index of_pose = static_cast<Index>(legs.size()) * mechanism.closures();
-  RowMatrix rows = RowMatrix::Constant(count * of_pose, system.jacobian.cols(), kNan);
-  for (const WhitenedPose& pose : system.poses) {
-    if (pose.count() == of_pose) {
-      rows.middleRows(pose.row * of_pose, of_pose) =
-          system.jacobian.middleRows(pose.first, of_pose);
+  Index columns = 0;
+  for (const Index leg : legs) {
+    columns += mechanism.estimated_count(leg);
+  }
+  RowMatrix rows = RowMatrix::Constant(poses.rows() * of_pose, columns, kNan);
+  for (Index first = 0; first < poses.rows(); first += kTogether) {
+    const Index count = std::min(kTogether, poses.rows() - first);
+    MeasurementSet exact{poses.middleRows(first, count),
+                         RowMatrix::Constant(count, mechanism.leg_count(), kNan),
+                         std::vector<Index>(static_cast<std::size_t>(count), -1)};
+    for (const Index leg : legs) {
+      exact.readings.col(leg) = inverse_kinematics(mechanism, leg, exact.poses);
+    }
+    const WhitenedClosures system =
+        whiten_closures(mechanism, exact, legs, noise, LinearisedAt::measured, first);
+    for (const WhitenedPose& pose : system.poses) {
+      if (pose.count() == of_pose) {
+        rows.middleRows((first + pose.row) * of_pose, of_pose) =
+            system.jacobian.middleRows(pose.first, of_pose);
+      }
     }
   }
   return rows;

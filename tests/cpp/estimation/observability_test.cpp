@@ -136,6 +136,34 @@ TEST(MechanismRows, NeedANoiseOfTheReadingsForMoreLegsThanDegreesOfFreedom) {
   EXPECT_TRUE(mechanism_rows(four, home, RowKind::noise_aware, {1e-4, 1e-4, 1e-4}).allFinite());
 }
 
+TEST(MechanismRows, OfManyPosesAreThoseOfEachAloneAndNamePosesAsTheyAreCounted) {
+  constexpr Index kPoses = 300;
+  const Mechanism mechanism = testing::paper_3rrr();
+  const WorkspaceSample sample = sample_workspace(mechanism, testing::paper_workspace(), kPoses, 1);
+  RowMatrix poses = sample.poses;
+  poses(7, 0) = poses(200, 0) = 1e3;  // out of reach
+  const MeasurementNoise noise{1e-4, 3e-4, 2e-4};
+  const RowMatrix rows = mechanism_rows(mechanism, poses, RowKind::noise_aware, noise);
+  for (const Index pose : {0, 7, 127, 128, 200, 299}) {
+    const RowMatrix alone =
+        mechanism_rows(mechanism, poses.middleRows(pose, 1), RowKind::noise_aware, noise);
+    const RowMatrix own = rows.middleRows(3 * pose, 3);
+    if (pose == 7 || pose == 200) {
+      EXPECT_TRUE(own.array().isNaN().all());
+    } else {
+      EXPECT_EQ(own, alone);
+    }
+  }
+  // Three closures without an orientation's noise are singular wherever they are.
+  poses.topRows(199).col(0).setConstant(1e3);
+  try {
+    mechanism_rows(mechanism, poses, RowKind::noise_aware, {1e-4, 0, 0});
+    FAIL() << "expected a singular pose";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("pose 200 "), std::string::npos) << error.what();
+  }
+}
+
 TEST(Observability, RefusesFewerPosesThanParameters) {
   EXPECT_THROW(analyse_observability(RowMatrix::Ones(3, 4), Vector::Ones(4)), InvalidInput);
 }

@@ -100,7 +100,7 @@ Index WhitenedClosures::position(Index leg) const {
 
 WhitenedClosures whiten_closures(const Mechanism& mechanism, const MeasurementSet& measurements,
                                  const std::vector<Index>& legs, const MeasurementNoise& noise,
-                                 LinearisedAt where) {
+                                 LinearisedAt where, Index numbered) {
   const PoseSpace space = mechanism.pose_space();
   WhitenedClosures system;
   system.legs = legs;
@@ -125,7 +125,7 @@ WhitenedClosures whiten_closures(const Mechanism& mechanism, const MeasurementSe
   for (WhitenedPose& pose : system.poses) {
     check_interrupt();
     if (!latent.eliminated(pose.row)) {
-      throw_singular(pose.row, noise.reading == 0 && pose.count() > mechanism.dof());
+      throw_singular(numbered + pose.row, noise.reading == 0 && pose.count() > mechanism.dof());
     }
     take(latent, pose, system);
   }

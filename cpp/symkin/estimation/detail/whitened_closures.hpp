@@ -49,10 +49,11 @@ enum class LinearisedAt {
   likely,
 };
 
-// Throws InvalidInput, naming the pose, where the covariance of its closures is singular.
+// Throws InvalidInput, naming the pose, whose first is `numbered`, where the covariance of its
+// closures is singular.
 WhitenedClosures whiten_closures(const Mechanism& mechanism, const MeasurementSet& measurements,
                                  const std::vector<Index>& legs, const MeasurementNoise& noise,
-                                 LinearisedAt where);
+                                 LinearisedAt where, Index numbered = 0);
 
 // 0, 1, ..., count - 1
 std::vector<Index> all_legs(Index count);
