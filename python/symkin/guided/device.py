@@ -180,12 +180,9 @@ class Device:
             raise self._wrong(answer, f'"measured" by column, and {legs} "readings" or none')
         unit = self._session.robot.reading_unit
         row = {f"psi_{leg}_{unit}": value for leg, value in enumerate(readings, 1)} | measured
-        try:
-            values = {name: math.nan if each is None else float(each) for name, each in row.items()}
-        except (TypeError, ValueError):
-            raise self._wrong(answer, "numbers or null") from None
-        if any(math.isinf(each) for each in values.values()) or "NaN" in json.dumps(row):
+        if not all(each is None or _is_number(each) for each in row.values()):
             raise self._wrong(answer, "finite numbers or null")
+        values = {name: math.nan if each is None else float(each) for name, each in row.items()}
         spread = answer.get("spread_m")
         return Measured(values, f"spread {spread:g} m" if _is_number(spread) else "")
 
@@ -228,7 +225,13 @@ class Device:
 
 
 def _is_number(value: object) -> TypeGuard[float]:
-    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)
+    """Whether it is one of JSON's that is finite as a float."""
+    if not isinstance(value, int | float) or isinstance(value, bool):
+        return False
+    try:
+        return math.isfinite(value)
+    except OverflowError:  # of whole numbers, which may have any length
+        return False
 
 
 def _words(command: str) -> list[str]:

@@ -103,6 +103,29 @@ def test_a_device_that_talks_nonsense_ends_the_session(symkin, tmp_path, answer,
     assert (tmp_path / "measured.csv").read_text().count("\n") == 1
 
 
+_ANSWERS = """
+import json, sys
+for line in sys.stdin:
+    asked = json.loads(line)
+    answer = '"symkin": 1' if "hello" in asked else f'"id": {asked["id"]}, ' + sys.argv[1]
+    print('{' + answer + '}', flush=True)
+"""
+
+
+@pytest.mark.parametrize("value", ["1" + "0" * 400, "true", "NaN", "1e999", '"0.1"', "[0.1]"])
+def test_what_a_device_measured_is_finite_numbers_or_null(symkin, tmp_path, value):
+    program = tmp_path / "device.py"
+    program.write_text(_ANSWERS)
+    measured = f'"measured": {{"x_m": {value}, "y_m": 0.1, "phi_rad": 0}}'
+    done = symkin(
+        *("measure", "3RRR", "--accuracy", "0.1mm", "--out", tmp_path / "session", *FEW),
+        *("--device", f'"{sys.executable}" "{program}" \'{measured}\''),
+    )
+    assert done.code == 2
+    assert "expected finite numbers or null" in done.err
+    assert (tmp_path / "session" / "measured.csv").read_text().count("\n") == 1
+
+
 _SAME = """
 import json, sys
 for line in sys.stdin:
