@@ -47,6 +47,7 @@ _SAME_SLIP = 2  # rows that two slips are apart, at most, to be one
 _KEPT = 2  # rows, the last that nobody doubts any more, at which something may have slipped
 _REMEMBERED = 50  # fits of some of the rows, which are asked for more than once
 _FITS = 0.01  # probability of a repeat that the other rows explain
+_APART = 3.0  # times the growth of chi-square by a repeat; see `_differ`
 
 
 @record
@@ -438,13 +439,32 @@ class Knowledge:
             }
             if self._table.number(place) not in doubted:
                 return ""
-        fits = self._fits(self._by(count, alone), count, (*alone, *repeated))
-        return "row" if fits else "robot"
+        others, repeat = self._by(count, (*alone, *repeated)), self._by(count, alone)
+        if _chance(repeat.estimate, others.estimate) > _FITS:
+            return "row"
+        if first.estimate is None or known.estimate is None:
+            # Where no robot has such a row, but one has its repeat, they do not say the same.
+            none = first.estimate is None and known.estimate is None
+            return "row" if none and repeat.estimate is not None else "robot"
+        differ = self._differ(known, count, alone, (*alone, *repeated))
+        return "row" if differ else "robot"
 
-    def _fits(self, known: Known, count: int, without: tuple[int, ...]) -> bool:
-        """Whether a fit is no worse than noise makes it by what the other one does without."""
-        other = self._by(count, without)
-        return _chance(known.estimate, other.estimate) > _FITS
+    def _differ(
+        self, known: Known, count: int, alone: tuple[int, ...], both: tuple[int, ...]
+    ) -> bool:
+        """Whether a row and its repeat are further from each other than the repeat from the others.
+
+        By what chi-square grows of the repeat, q1, and of both. What has two rows that say the same
+        grows by no more than 2 q1 and q2, half the square of their difference, whatever is known of
+        the robot; if it does by more than 3 q1, q2 is above q1.
+        """
+        assert known.estimate is not None
+        others = self._by(count, both, factor=known.tolerances).estimate
+        repeat = self._by(count, alone, factor=known.tolerances).estimate
+        if others is None or repeat is None:
+            return False
+        of_both = known.estimate.chi_square - others.chi_square
+        return of_both > _APART * max(repeat.chi_square - others.chi_square, 0.0)
 
     def _of_no_robot(self, verdict: Verdict, count: int, known: Known, kept: set[int]) -> Verdict:
         """Doubt a row that no robot like the drawing can have, unless others were like that."""

@@ -78,6 +78,25 @@ def test_a_wrong_row_is_decided_by_its_repeat_and_more_is_asked_afterwards(robot
     assert progress.confidence == pytest.approx(0.975)
 
 
+@pytest.mark.parametrize(("again", "decided"), [(-10, "row"), (38, "robot")])
+def test_a_repeat_that_is_off_too_tells_a_wrong_row_by_how_far_apart_both_are(
+    robot, again, decided
+):
+    off = {12: 40 * robot.noise.position, 13: again * robot.noise.position}
+    spoil = lambda n, row: row | {"x_m": row["x_m"] + off.get(n, 0.0)}  # noqa: E731
+    _, verdicts = run(robot, spoil, rows=14)
+    assert [(v.doubtful, v.decided) for v in verdicts if not v.fine] == [(12, ""), (12, decided)]
+
+
+def test_a_row_that_no_robot_has_is_wrong_where_one_has_its_repeat(robot):
+    spoil = lambda n, row: row | {  # noqa: E731
+        "x_m": (1e3 if n == 7 else 1.0) * row["x_m"] - 6 * robot.noise.position * (n == 8),
+        "phi_rad": row["phi_rad"] + (n == 7),
+    }
+    _, verdicts = run(robot, spoil, rows=9)
+    assert [(v.doubtful, v.decided) for v in verdicts if not v.fine] == [(7, ""), (7, "row")]
+
+
 def test_a_slip_becomes_a_step_before_which_rows_still_count(robot):
     slip = 5 * max(robot.noise.reading, robot.noise.orientation)
     spoil = lambda n, row: row | {"psi_2_rad": row["psi_2_rad"] + slip * (n >= 14)}  # noqa: E731
