@@ -136,7 +136,9 @@ class OutputFiles:
             error = failure
         finally:
             self._close(undo=not done)
-        if isinstance(error, OSError) and (kind is None or error.errno in _DISK_FAILS):
+        told = kind is None or (isinstance(error, OSError) and error.errno in _DISK_FAILS)
+        # What was written for the context around this one is for that to tell.
+        if isinstance(error, OSError) and told and self._folders:
             raise SymkinError(self._failure(error)) from error
 
     def _claim(self, folder: Path, *names: str) -> None:

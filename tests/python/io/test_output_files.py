@@ -466,6 +466,19 @@ def test_a_disk_without_room_leaves_what_was_there(
     assert old is None or (tmp_path / name).read_text() == old
 
 
+def test_a_disk_without_room_is_told_by_the_context_that_has_the_place(tmp_path: Path) -> None:
+    def written_beside_others() -> None:
+        with OutputFiles() as outputs:
+            folder = outputs.folder(tmp_path, *NAMES)
+            with OutputFiles() as inner:
+                inner.file(folder / NAMES[0])
+                raise OSError(28, "No space left on device")
+
+    with pytest.raises(SymkinError) as told:
+        written_beside_others()
+    assert str(told.value).startswith(f"{tmp_path}: No space left on device")
+
+
 def test_a_move_that_fails_between_two_files_says_so(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
