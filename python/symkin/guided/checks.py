@@ -21,7 +21,7 @@ from symkin.estimate.evidence.unseen import POWER
 from symkin.model.mechanism import Mechanism
 from symkin.values import Array, Value, record
 
-_TOLD = 17  # rows from which on no single one can spoil the comparison with the drawing
+_TOLD = 17  # rows from which on hardly a single one can spoil the comparison with the drawing
 _FARTHEST = 10.0  # times the tolerances: where fewer rows say so they are in another unit, rather
 _FALSE = 0.01  # sessions in which a sound row is doubted
 _FEWEST = 60  # rows of a session, at least, that share these
@@ -87,13 +87,16 @@ def tolerances_factor(
 ) -> float:
     """By how much the tolerances are too small, once that is plain; else 1.
 
-    Of few rows it is only if `others`, estimates without those that may be wrong, say so too.
+    Of few rows, or where it is a large one, it is only if `others`, estimates without those that
+    may be wrong, say so too.
     """
     if not _beyond(estimate):
         return 1.0
     assert estimate.conflict is not None
     factor = math.sqrt(estimate.conflict.ratio)
-    if rows < _TOLD and not (factor < _FARTHEST and all(map(_beyond, others()))):
+    # Of few rows one may spoil the comparison, and of many one that is as far off as another unit.
+    far, few = factor >= _FARTHEST, rows < _TOLD
+    if (far and few) or ((far or few) and not all(map(_beyond, others()))):
         return 1.0
     return factor
 

@@ -42,6 +42,7 @@ from symkin.values import record
 LEAST_DEGREES = 20  # of freedom, before anything may stop by a noise that was estimated
 TAKEN_AS = "taken as "  # begins the remark of a row that was put right
 _LOOKED_AT = 6  # rows, from the last, of which one may keep all others from being fitted
+_LOOKED_BACK = 40  # rows, at most, since one that nobody has decided
 _TRIED = 3  # edits, the most likely ones, that are fitted
 _SAME_SLIP = 2  # rows that two slips are apart, at most, to be one
 _KEPT = 2  # rows, the last that nobody doubts any more, at which something may have slipped
@@ -330,7 +331,9 @@ class Knowledge:
                 slipped = self._begun_at(None, count)
                 if slipped is not None:
                     return Verdict(numbers[-1], math.nan, slipped=slipped)
-            for place in rows[: -_LOOKED_AT - 1 : -1]:
+            earlier = self._doubted(count, together(last), planned, kept)
+            places = rows[: -_LOOKED_AT - 1 : -1]
+            for place in places if earlier is None else (self._table.place(earlier[0]), *places):
                 before = self._by(count, together(place))
                 if before.estimate is not None:
                     number = self._table.number(place)
@@ -338,6 +341,9 @@ class Knowledge:
             return self._of_no_robot(Verdict(numbers[-1], math.nan), count, known, kept)
         kept_one = KEPT in self._said_since_a_slip()
         off, doubtful, size = judged(known.estimate, numbers, planned, kept)
+        if doubtful == numbers[-1]:
+            earlier = self._doubted(count, together(last), planned, kept)
+            doubtful, size = earlier or (doubtful, size)
         made = Verdict(numbers[-1], off, doubtful, size, tolerances=known.tolerances)
         slipped = None
         rather = False
@@ -354,6 +360,30 @@ class Knowledge:
             before = self._by(count, together(self._table.place(doubtful)))
             return self._explained(made, count, before)
         return dataclasses.replace(made, doubtful=None, slipped=slipped)
+
+    def _doubted(
+        self, count: int, without: tuple[int, ...], planned: int, kept: set[int]
+    ) -> tuple[int, float] | None:
+        """The row that does not fit, `without` the last ones, and how far it is off.
+
+        As long as nobody decides what is wrong with it, it makes sound rows after it look wrong.
+        """
+        found = None
+        for _ in range(_LOOKED_BACK):
+            rows, known = self._table.counting_of(count, without), self._by(count, without)
+            if known.estimate is None and not known.unlike:
+                break
+            last, doubtful, off = self._table.number(rows[-1]), None, math.inf
+            if known.estimate is not None:
+                numbers = [self._table.number(place) for place in rows]
+                _, doubtful, off = judged(known.estimate, numbers, planned, kept)
+                if doubtful is None:
+                    break
+            found = (last if doubtful is None else doubtful, off)
+            if found[0] != last:
+                break
+            without = (*without, *self._table.together(rows[-1]))
+        return found
 
     def _said_since_a_slip(self) -> list[str]:
         said = [line[STATUS] for line in self._table.lines]

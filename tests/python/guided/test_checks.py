@@ -89,12 +89,28 @@ def test_a_repeat_that_is_off_too_tells_a_wrong_row_by_how_far_apart_both_are(
 
 
 def test_a_row_that_no_robot_has_is_wrong_where_one_has_its_repeat(robot):
-    spoil = lambda n, row: row | {  # noqa: E731
-        "x_m": (1e3 if n == 7 else 1.0) * row["x_m"] - 6 * robot.noise.position * (n == 8),
-        "phi_rad": row["phi_rad"] + (n == 7),
-    }
+    spoil = lambda n, row: (
+        row
+        | {  # noqa: E731
+            "x_m": (1e3 if n == 7 else 1.0) * row["x_m"] - 6 * robot.noise.position * (n == 8),
+            "phi_rad": row["phi_rad"] + (n == 7),
+        }
+    )
     _, verdicts = run(robot, spoil, rows=9)
     assert [(v.doubtful, v.decided) for v in verdicts if not v.fine] == [(7, ""), (7, "row")]
+
+
+@pytest.mark.parametrize("x", [0.4, 4.0, 1e3])  # m; of the last no robot is found
+def test_a_row_that_nobody_decides_stays_the_doubtful_one(robot, x):
+    session, device = robot.measure(ACCURACY, **FEW), SimulatedDevice(robot, seed=3)
+    for n, ask in zip(range(1, 24), session, strict=False):
+        session.add(device(ask) | ({"x_m": x} if n == 8 else {}))
+        if n >= 8:
+            assert session.verdict.doubtful == 8
+            assert session.verdict.tolerances == 1
+            assert not session.progress.reached
+    session.drop(8)
+    assert session.verdict.fine
 
 
 def test_a_slip_becomes_a_step_before_which_rows_still_count(robot):
