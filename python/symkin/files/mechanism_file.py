@@ -593,8 +593,8 @@ def _home_in_box(mechanism: Mechanism, drawn: WorkspaceSettings) -> str:
 def typed_name(mechanism: Mechanism) -> str:
     """What a command line takes for a mechanism; ``MECHANISM`` if it comes from no file.
 
-    With the options that say what measures it, how well, and in which columns, where that is not as
-    the file has it.
+    With the options that say what measures it, how well, in which columns, and what its sensors
+    show, where that is not as the file has it.
     """
     source = mechanism.source
     if source is None:
@@ -615,4 +615,7 @@ def typed_name(mechanism: Mechanism) -> str:
     columns = mechanism.measurement_columns
     if columns is not None and columns.source and columns != drawn.measurement_columns:
         typed += f" --columns {typed_word(columns.source)}"
+    table = mechanism.sensor_table
+    if table is not None and table.source and table != drawn.sensor_table:
+        typed += f" --sensor-table {typed_word(table.source)}"
     return typed

@@ -69,6 +69,30 @@ def test_what_follows_an_estimate_has_the_options_that_its_rows_need(
     )
 
 
+@pytest.mark.parametrize("exchanged", [False, True])
+def test_what_follows_an_estimate_has_the_table_of_its_sensors(
+    symkin: Callable, fleet: Path, tmp_path: Path, exchanged: bool
+) -> None:
+    certificate, table = tmp_path / "my encoders.csv", tmp_path / "one.csv"
+    certificate.write_text("reading_deg,joint_deg\n-180,-180\n180,180\n")
+    head, *rows = csv.reader((fleet / "fleet.csv").read_text().splitlines())
+    with table.open("w", newline="") as out:
+        for row in [head, *(row for row in rows if row[0] == "A 1")]:
+            if exchanged and row is not head:
+                row[-1], row[-2] = row[-2], row[-1]
+            csv.writer(out).writerow(row[3:])
+    shown = symkin(
+        *("identify", "3RRR", table, "--sensor-table", certificate, "--no-report"),
+        *("--out", tmp_path / "first"),
+    )
+    command = proposed(shown.out)
+    assert command[:4] == ["identify", "3RRR", "--sensor-table", str(certificate)]
+    assert ("first/corrected.csv" in command[4]) is exchanged
+    again = symkin(*command[:-1], tmp_path / "out", "--no-report")
+    assert again.code == 0
+    assert library.read_estimate(tmp_path / "out").measurements.sensor_table is not None
+
+
 def test_a_robot_that_a_fleet_doubts_is_looked_at_without_the_columns_that_were_left_out(
     symkin: Callable, fleet: Path, tmp_path: Path
 ) -> None:
