@@ -148,8 +148,7 @@ def test_what_is_unknown_has_the_same_names_wherever_it_is_said():
     unknown = {each.name for each in dataclasses.fields(IdentificationSettings)}
     assert unknown <= {each.name for each in dataclasses.fields(EstimateOptions)}
     for verb in ("identify", "identify_many", "Robot.identify"):
-        own = {"of"} if verb == "identify_many" else set()  # of errors that no fleet tells
-        assert unknown - own <= set(inspect.signature(FUNCTIONS[verb]).parameters)
+        assert unknown <= set(inspect.signature(FUNCTIONS[verb]).parameters)
 
 
 def test_every_option_is_used_by_some_command():

@@ -36,6 +36,7 @@ from symkin.estimate.fleet_sources import RowsApartError, robots_given, robots_o
 from symkin.estimate.fleet_together import FoundTogether, surroundings_of
 from symkin.estimate.identification import estimating, wanted_of, why_together
 from symkin.estimate.options import EstimateOptions, FleetOptions
+from symkin.estimate.survey import check_coordinates
 from symkin.estimate.workshop import MadeWithin, tolerances_of
 from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.model.mechanism import Mechanism
@@ -339,10 +340,12 @@ def identify_many(
         By the robots' names; one by one, named by their files or numbered from 1; or one table with
         a column ``robot``, as for `read_fleet`.
     estimator, poses, loss, loss_scale, noise, max_iterations, free, fixed, shared, tie, prior, \
-frames, sensor, gauge, loss_per, assume, drift, step, growth, backlash, sessions, clock_offset, bow
+frames, sensor, gauge, loss_per, assume, drift, step, growth, backlash, sessions, clock_offset, \
+bow, of
         As for `identify`; by default what the mechanism's `identification` says. Where that is not
         all parameters of all legs, robots are identified as `identify` does, in seconds rather than
-        milliseconds each.
+        milliseconds each. Of which errors is promised, `of`, changes nothing of that: it is for
+        `identify`, where a single robot is looked into.
     tolerances : {"estimate"}, optional
         Whether to estimate the tolerances that the workshop keeps, `Fleet.made_within`: all robots
         are identified once more, in this process.
@@ -407,6 +410,8 @@ def identify_robots(
     together.
     """
     wanted, how = wanted_of(mechanism, options)
+    of = wanted.pop("of", None)
+    check_coordinates(mechanism, of)
 
     def identified(parts: Iterable[Robots]) -> Fleet:
         some, parts = _looked_at(parts)
@@ -414,7 +419,7 @@ def identify_robots(
         return Fleet.of(
             mechanism,
             parts,
-            estimating(estimator, reason, wanted, how),
+            dataclasses.replace(estimating(estimator, reason, wanted, how), of=of),
             tolerances=tolerances,
             threads=threads,
             workers=workers,

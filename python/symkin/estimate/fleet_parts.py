@@ -31,6 +31,7 @@ COLUMNS = (
     "residual_rms",
     "rejected",
 )
+_OF = "of"  # which is no unknown: of which errors is told when a robot is looked into
 
 
 @dataclass
@@ -137,11 +138,11 @@ def asked_of(nominal: Mechanism, options: EstimateOptions) -> dict[str, Any]:
     names = [name for name in vars(IdentificationSettings()) if name != "noise"]
     wanted = {name: getattr(options, name) for name in names}
     said = {name for name in wanted if getattr(nominal.identification, name, None) is not None}
-    further = {*unusual(wanted)}
+    further = {*unusual(wanted)} - {_OF}
     noise = {"noise": options.noise} if isinstance(options.noise, str) else {}
     if not (further or noise):
         return {}
-    return {name: wanted[name] for name in wanted if name in further | said} | noise
+    return {name: wanted[name] for name in wanted if name in further | said | {_OF}} | noise
 
 
 def _unread(robots: Robots) -> dict[tuple[str, ...], list[str]]:

@@ -75,12 +75,12 @@ class FleetOptions(Unknowns, total=False):
     max_iterations: int
     gauge: Gauge | None
     clock_offset: bool | None
+    of: Coordinates | None
 
 
 class IdentifyOptions(FleetOptions, total=False):
-    """And of which errors is told, of one robot."""
+    """And with which confidence it is promised, of one robot."""
 
-    of: Coordinates | None
     confidence: float
 
 

@@ -103,10 +103,11 @@ def test_a_robot_that_a_fleet_doubts_is_looked_at_without_the_columns_that_were_
     table = tmp_path / "broken.csv"
     with table.open("w", newline="") as out:
         csv.writer(out).writerows([head, *rows])
-    shown = symkin("identify-batch", "3RRR", table, "--ignore", "my note", "--ignore", "phi_2_deg")
+    left_out = "--ignore", "my note", "--ignore", "phi_2_deg"
+    shown = symkin("identify-batch", "3RRR", table, *left_out, "--of", "x")
     (command,) = re.findall(r"^  symkin (identify .*)$", shown.out, re.MULTILINE)
     words = shlex.split(command)
-    assert [*words[3:9]] == ["--robot", "A 1", "--ignore", "my note", "--ignore", "phi_2_deg"]
+    assert [*words[3:11]] == ["--robot", "A 1", *left_out, "--of", "x"]
     if "--out" in words:
         words[words.index("--out") + 1] = str(tmp_path / "out")
     looked = symkin(*words, "--no-report")

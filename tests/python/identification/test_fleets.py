@@ -70,6 +70,19 @@ def test_a_fleet_is_measured_in_its_devices_frame(mechanism, robots):
     np.testing.assert_allclose(found.deviations, known.deviations, rtol=1e-9)
 
 
+@pytest.mark.parametrize("said", ["argument", "file"])
+def test_of_which_errors_is_told_leaves_a_fleet_leg_by_leg(mechanism, robots, said):
+    settings = dataclasses.replace(mechanism.identification or IdentificationSettings(), of="x")
+    asked = {"of": "x"} if said == "argument" else {}
+    drawn = mechanism if asked else mechanism.replace(identification=settings)
+    found = symkin.identify_many(drawn, robots, **asked)
+    assert (found.options.of, found.options.estimator) == ("x", "implicit")
+    plain = symkin.identify_many(mechanism, robots)
+    np.testing.assert_array_equal(found.parameters, plain.parameters)
+    with pytest.raises(symkin.SymkinError, match="no .z"):
+        symkin.identify_many(mechanism, robots, of="z")
+
+
 def test_a_failed_robot_is_a_row_that_says_why(mechanism, robots):
     few = robots["robot 2"].subset(np.arange(5))
     still = dataclasses.replace(
