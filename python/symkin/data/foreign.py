@@ -6,7 +6,7 @@ from __future__ import annotations
 import json
 import re
 import tomllib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 from symkin.model.mechanism import Mechanism
 from symkin.storage.quantities import COUNTS, is_unit
@@ -117,9 +117,16 @@ def mapping_of_all(table: Table, mechanism: Mechanism) -> str:
         return ""
     if _LEG in table.names:
         mapping = mapping.removesuffix(" }") + f', leg = "{_LEG}" }}'
-    said = tomllib.loads(mapping)["measurements"].values()
-    named = {name for each in said for name in ([each] if isinstance(each, str) else each)}
+    keys = tomllib.loads(mapping)["measurements"].values()
+    named = {name for said in keys for name in _names(said)}
     return mapping if named.issuperset(table.names) else ""
+
+
+def _names(said: str | list[str] | dict[str, str]) -> Iterable[str]:
+    """The columns that a key names."""
+    if isinstance(said, str):
+        return (said,)
+    return said.values() if isinstance(said, dict) else said
 
 
 def _line(parts: Sequence[str]) -> str:

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 import symkin as library
+from symkin.model.settings import Frames
 from symkin.planning.simulation import disturb
 
 NEXT = re.compile(r"Next: .*?\n  symkin (.*)", re.DOTALL)
@@ -131,6 +132,31 @@ def test_a_column_that_looks_like_robots_is_mapped_by_the_line_that_is_proposed(
     other = symkin("identify", "3RRR", fleet / "noted.csv", "--ignore", "my note").err
     assert "(FILE)): " not in other
     assert 'if it is called "robot" (or in a mapping robot = "serial")' in other
+
+
+def test_points_of_many_robots_are_mapped_by_the_line_that_is_proposed(
+    symkin: Callable, tmp_path: Path
+) -> None:
+    places = ((0.1, 0.0, 0.05), (-0.05, 0.09, 0.05), (-0.05, -0.09, 0.05))
+    robot = library.load("3RPS").replace(frames=Frames(points=places))
+    robot.save(tmp_path / "tracked.toml")
+    plan = robot.plan(14, candidates=300, seed=1, observe="points")
+    rows: list[list[str]] = []
+    for seed in (1, 2):
+        table = tmp_path / f"{seed}.csv"
+        made = robot.simulate(plan, seed, disturb(robot, seed), observe="points")
+        made.measurements.save(table, robot)
+        head, *own = csv.reader(table.read_text().splitlines())
+        rows += [[f"A {seed}", *row] for row in own]
+    with (tmp_path / "all.csv").open("w", newline="") as out:
+        csv.writer(out).writerows([["serial", *head], *rows])
+    files = tmp_path / "tracked.toml", tmp_path / "all.csv"
+    line = symkin("identify", *files).err.partition("(FILE)): ")[2]
+    assert 'p3_z_m = "p3_z_m"' in line
+    (tmp_path / "columns.toml").write_text(line)
+    shown = symkin("identify-batch", *files, "--columns", tmp_path / "columns.toml")
+    assert shown.code == 0
+    assert "2 of 2 robots fit" in shown.out
 
 
 def test_frames_are_aligned_with_one_robot_of_many(symkin: Callable, fleet: Path) -> None:

@@ -89,13 +89,10 @@ def test_a_repeat_that_is_off_too_tells_a_wrong_row_by_how_far_apart_both_are(
 
 
 def test_a_row_that_no_robot_has_is_wrong_where_one_has_its_repeat(robot):
-    spoil = lambda n, row: (
-        row
-        | {  # noqa: E731
-            "x_m": (1e3 if n == 7 else 1.0) * row["x_m"] - 6 * robot.noise.position * (n == 8),
-            "phi_rad": row["phi_rad"] + (n == 7),
-        }
-    )
+    def spoil(n, row):
+        x = 1e3 * row["x_m"] if n == 7 else row["x_m"] - 6 * robot.noise.position * (n == 8)
+        return row | {"x_m": x, "phi_rad": row["phi_rad"] + (n == 7)}
+
     _, verdicts = run(robot, spoil, rows=9)
     assert [(v.doubtful, v.decided) for v in verdicts if not v.fine] == [(7, ""), (7, "row")]
 

@@ -79,7 +79,7 @@ def test_of_which_errors_is_told_leaves_a_fleet_leg_by_leg(mechanism, robots, sa
     assert (found.options.of, found.options.estimator) == ("x", "implicit")
     plain = symkin.identify_many(mechanism, robots)
     np.testing.assert_array_equal(found.parameters, plain.parameters)
-    with pytest.raises(symkin.SymkinError, match="no .z"):
+    with pytest.raises(symkin.SymkinError, match=r"no .z"):
         symkin.identify_many(mechanism, robots, of="z")
 
 
