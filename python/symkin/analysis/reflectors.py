@@ -293,7 +293,8 @@ class _Placing(NamedTuple):
         for number, point in enumerate(unknown):
             at = slice(first + 3 * number, first + 3 * number + 3)
             columns[:, point, :, at] = turned
-        matrix, wanted = columns[shown].reshape(-1, columns.shape[3]), rest[shown].ravel()
+        wanted = rest[shown].ravel()
+        matrix = columns[shown].reshape(len(wanted), columns.shape[3])
         solution = np.linalg.lstsq(matrix, wanted, rcond=_HARDLY_TILTED)[0]
         own[unknown] = solution[first:].reshape(-1, 3)
         if not self.space.in_space:

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from symkin import _core
+from symkin.analysis.conventions import rotations_from_angles
 from symkin.analysis.promises import parameter_effects
 from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError
@@ -19,12 +20,17 @@ from symkin.model.poses import (
     Transform,
     frame,
     poses_of,
+    roll_pitch_yaw,
     rotations_from_vectors,
     stepped,
     tangents_of,
     transforms,
 )
 from symkin.values import Array, record
+
+# What is seen from where the device stands and does not say where the target is, nor, as a part of
+# an attitude, how it is turned.
+_OF_THE_DEVICE = ("attitudes", "distances", "turns", "offsets")
 
 
 @record
@@ -149,11 +155,6 @@ def changed_observations(
     measured = replace(measured, readings=readings)
     if not changes.of_base:
         return measured
-    if measured.distances is not None and changes.slopes.base.any():
-        raise SymkinError(
-            "distances are measured from fixed points; let a step or a drift move legs, or observe "
-            "something else"
-        )
     moves = np.einsum("nk,kd->nd", np.column_stack([each.values for each in changes.of_base]),
                       changes.slopes.base)  # fmt: skip
     size = measured.space.size
@@ -178,4 +179,20 @@ def changed_observations(
     points = measured.points
     if points is not None:
         points = np.stack([moved(each) for each in points.transpose(1, 0, 2)], axis=1)
-    return replace(measured, poses=poses, points=points)
+    measured = replace(measured, poses=poses, points=points)
+    left = {name: getattr(measured, name) for name in _OF_THE_DEVICE}
+    if (attitudes := left["attitudes"]) is not None and np.isfinite(attitudes).all():
+        rolled = turns @ rotations_from_angles(attitudes, "xyz")
+        measured = replace(measured, attitudes=roll_pitch_yaw(rolled))
+        del left["attitudes"]
+    left = {name: values for name, values in left.items() if values is not None}
+    if not (left and moves.any()):
+        return measured
+    if back:
+        return replace(
+            measured, **{name: np.full_like(each, np.nan) for name, each in left.items()}
+        )
+    raise SymkinError(
+        f"{' and '.join(left)} are seen from where the device stands; let a step or a drift move "
+        "legs, or observe something else"
+    )

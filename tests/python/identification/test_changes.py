@@ -14,6 +14,7 @@ from symkin.cli import main
 from symkin.errors import SymkinError
 from symkin.estimate.covariates import clock, covariates_of, last_moves
 from symkin.estimate.evidence.changes import change_tests, largest_of_steps, step_scores
+from symkin.model.settings import Frames
 from symkin.planning.simulation import disturb
 
 CHANGES = {
@@ -306,6 +307,39 @@ def test_what_cannot_change_is_refused(paper, sound, options, said):
 def test_a_change_that_cannot_be_simulated_is_refused(paper, plan, changes, said):
     with pytest.raises(SymkinError, match=said):
         symkin.simulate(paper, plan, 1, changes=changes)
+
+
+def test_attitudes_turn_with_the_device_and_are_turned_back(hexapod):
+    plan = symkin.plan(hexapod, 40, design="mechanism", candidates=500, seed=1)
+    turned = {"session1.x": "30 mm", "session1.rx": "0.2 rad", "session1.rz": "0.5 rad"}
+    seen = ("position", "attitude")
+    taken = symkin.simulate(hexapod, plan, 1, observe=seen, changes=turned).measurements
+    found = symkin.identify(hexapod, taken, prior="tolerances", sessions=["frames"])
+    assert found.trustworthy, found.doubts
+    assert found.params["session1.rx"].value == pytest.approx(0.2, abs=2e-3)
+    still = symkin.simulate(hexapod, plan, 1, observe=seen).measurements
+    off = found.at_rest.attitudes - still.attitudes  # of which the noise is turned, too
+    assert np.sqrt(np.mean(off**2)) < 2 * hexapod.noise.orientation
+
+
+def test_distances_are_not_moved_with_the_device_but_left_out(paper, plan):
+    placed = paper.replace(frames=Frames(anchors=((2.0, 1.0), (-1.5, 0.5))))
+    seen = ("pose", "distance")
+    with pytest.raises(SymkinError, match="distances are seen from where the device stands"):
+        symkin.simulate(placed, plan, 1, observe=seen, changes={"drift.x": "1 mm"})
+    taken = symkin.simulate(placed, plan, 1, observe=seen).measurements
+    found = symkin.identify(placed, taken, drift=["frame"])
+    assert found.trustworthy, found.doubts
+    assert np.isnan(found.at_rest.distances).all()
+
+
+def test_with_a_loss_and_priors_sound_distances_are_not_distorted():
+    robot = symkin.load_mechanism("5bar").replace(frames=Frames(anchors=((1.2, 0.6), (0.3, 1.9))))
+    plan = symkin.plan(robot, 60, design="mechanism", candidates=500, seed=1)
+    for seed in range(8):
+        taken = symkin.simulate(robot, plan, seed, observe="distance").measurements
+        found = symkin.identify(robot, taken, loss="huber", prior="tolerances", frames=["anchors"])
+        assert not found.doubts, seed
 
 
 def test_temperatures_that_are_all_the_same_say_nothing_of_growth(paper, sound):

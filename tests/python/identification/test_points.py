@@ -227,6 +227,14 @@ def test_a_plan_for_reflectors_has_device_and_places_unknown(hexapod):
     assert promised.position < 1e-4
 
 
+def test_points_that_are_all_given_are_a_start_where_poses_were_measured_too(paper):
+    placed = paper.replace(frames=Frames(points=((0.05, 0.0), (0.0, 0.05))))
+    plan = symkin.plan(placed, 30, design="mechanism", candidates=500, seed=1)
+    taken = symkin.simulate(placed, plan, 1, observe=("pose", "points")).measurements
+    found = symkin.identify(placed, taken, frames=["points"])
+    assert found.trustworthy, found.doubts
+
+
 def test_rows_without_readings_that_the_robot_can_take_say_what_is_missing():
     robot = nominal_of("3RRR")
     few = seen(robot, robot, rows=4)

@@ -463,8 +463,16 @@ def rows_of_changes(found: Found, apart: tuple[int, ...]) -> Rows | None:
         return None
     priors = found.prior_rows
     own = jacobian[..., :free]
-    # An estimate with priors is where all gradients cancel; one of each leg alone need not be.
-    gradient = _gradient(own, residual) if not len(priors) else -removed
+    # An estimate with priors is where all gradients cancel; one of each leg alone need not be, and
+    # with a loss those of what it weighs less do not.
+    gradient = -removed
+    if not len(priors) or found.options.loss != "none":
+        gradient = _gradient(own, residual)
+    if len(priors) and found.options.loss != "none":
+        changes = np.array([each.change for each in found.first_unknowns])
+        by_drawing = priors @ np.nan_to_num(changes)
+        gradient += priors.T @ by_drawing
+        by_priors = float(by_drawing @ by_drawing)
     stacked = np.concatenate([own.reshape(-1, free), priors])
     lengths = np.linalg.norm(stacked, axis=0)
     lengths[lengths == 0] = 1
@@ -498,7 +506,7 @@ def rows_of_changes(found: Found, apart: tuple[int, ...]) -> Rows | None:
         order=order,
         spare=spare,
         used=used,
-        by_priors=max(by_priors, 0.0) if len(priors) and not found.rejected else 0.0,
+        by_priors=max(by_priors, 0.0) if len(priors) else 0.0,
     )
 
 
