@@ -382,6 +382,14 @@ def test_vicon_markers_become_points(tmp_path):
     assert found.columns["time_s"][1] == pytest.approx(0.005)
 
 
+def test_lengths_of_vicon_in_another_unit_are_refused(tmp_path):
+    log = MARKERS.replace("mm,mm,mm,mm", "mm,mm,in,mm")
+    with pytest.raises(SymkinError, match='has lengths in "in"; expected mm, cm or m'):
+        import_log(written(tmp_path, "inches.csv", log))
+    found = import_log(written(tmp_path, "bare.csv", MARKERS.replace("mm", "")))
+    assert found.columns["p2_z_m"] == pytest.approx([6, 6])
+
+
 def test_topics_of_a_ros_bag_are_joined_too(tmp_path, five_bar):
     take, at, times, readings = recorded(five_bar)
     poses = [

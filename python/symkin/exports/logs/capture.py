@@ -7,10 +7,11 @@ taken of both are means over rests, since there no clock matters.
 
 from __future__ import annotations
 
+import itertools
 import math
 import re
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,6 +53,28 @@ class _Take:
     points: Array  # (N, k, 3)
     took: tuple[str, ...]
     left: tuple[str, ...]
+
+    @classmethod
+    def of(
+        cls,
+        times: Array,
+        took: Sequence[str],
+        left: Sequence[str],
+        *,
+        positions: Array | None = None,
+        quaternions: Array | None = None,
+        points: Array | None = None,
+    ) -> _Take:
+        """Of what is not given nothing was seen."""
+        count = len(times)
+        return cls(
+            times,
+            np.full((count, 3), np.nan) if positions is None else positions,
+            np.full((count, 4), np.nan) if quaternions is None else quaternions,
+            np.zeros((count, 0, 3)) if points is None else points,
+            tuple(took),
+            tuple(left),
+        )
 
     @property
     def track(self) -> Track:
@@ -272,19 +295,17 @@ def _read_motive(log: Log, asked: Asked) -> _Take:
         return [found[axis] for axis in ("XYZW" if of == "Rotation" else "XYZ") if axis in found]
 
     body = _chosen(log, bodies, asked.body, "rigid body")
-    none = np.full((len(data), 3), np.nan)
-    places, turns = none, np.full((len(data), 4), np.nan)
-    points = np.zeros((len(data), 0, 3))
+    seen: dict[str, Array] = {}
     left = [f'rigid body "{each}"' for each in bodies if each != body]
     if body:
         place = columns(body, "Rigid Body", "Position")
         if len(place) != 3:
             raise log.error(f'has no position X, Y, Z of the rigid body "{body}"')
-        places = factor * data[:, place] @ _UPRIGHT.T
+        seen["positions"] = factor * data[:, place] @ _UPRIGHT.T
         turn = columns(body, "Rigid Body", "Rotation")
         if len(turn) == 4:
-            turns = data[:, turn]
-            turns = np.column_stack([turns[:, :3] @ _UPRIGHT.T, turns[:, 3]])
+            vectors = data[:, turn[:3]] @ _UPRIGHT.T
+            seen["quaternions"] = np.column_stack([vectors, data[:, turn[3]]])
         elif turn:
             left.append(
                 f'the rotation of "{body}" as Euler angles: export it as quaternions, which have '
@@ -295,7 +316,7 @@ def _read_motive(log: Log, asked: Asked) -> _Take:
         found = [columns(each, "Marker", "Position") for each in markers]
         if any(len(each) != 3 for each in found):
             raise log.error("has markers without X, Y, Z")
-        points = np.stack([factor * data[:, each] @ _UPRIGHT.T for each in found], axis=1)
+        seen["points"] = np.stack([factor * data[:, each] @ _UPRIGHT.T for each in found], axis=1)
     else:
         raise log.error("has neither a rigid body nor markers")
     what_of = f"the rigid body {body!r}" if body else f"{len(markers)} markers"
@@ -304,7 +325,7 @@ def _read_motive(log: Log, asked: Asked) -> _Take:
         "axes with z up, x as Motive has it (Motive's y is up)",
     )
     left += [each for each in ("Mean Marker Error",) if each in kinds]
-    return _Take(data[:, 1], places, turns, points, took, tuple(left))
+    return _Take.of(data[:, 1], took, left, **seen)
 
 
 def _chosen(log: Log, bodies: Sequence[str], wanted: str, what: str) -> str:
@@ -333,76 +354,97 @@ def _read_vicon(log: Log, asked: Asked) -> _Take:
         rate = math.nan
     if not 0 < rate < 1e5:
         raise log.error(f'has the rate "{rate_text}" in its second row; expected samples a second')
-    axes = [each.strip() for each in rows[head]]
-    units = [each.strip() for each in rows[head + 1]]
-    width = len(axes)
-    units += [""] * (width - len(units))
-    names, current = [], ""
-    for cell in [*rows[head - 1], *[""] * width][:width]:
-        current = cell.strip() or current
-        names.append(current)
     end = next(
         (i for i in range(head + 2, len(rows)) if not any(each.strip() for each in rows[i])),
         len(rows),
     )
-    data = numbers_of(log, rows[head + 2 : end], head + 3, width)
+    columns = _vicon_columns(rows[head - 1], rows[head], rows[head + 1])
+    data = numbers_of(log, rows[head + 2 : end], head + 3, len(columns))
     if not len(data):
         raise log.error("has no samples below its header")
-    frames = data[:, 0] + (np.nan_to_num(data[:, 1]) / 10 if width > 2 else 0)
-    times = (frames - frames[0]) / rate
-    segments = [axes[k] == "RX" for k in range(width)]
-    bodies = list(dict.fromkeys(_plain(names[k]) for k in range(width) if segments[k]))
-    factor = [_length(log, units[k]) if units[k] in _UNITS else 1.0 for k in range(width)]
-    none = np.full((len(data), 3), np.nan)
-    left = [] if end == len(rows) else [f"{len(rows) - end} rows below the first table"]
-    if not bodies:
-        groups = dict.fromkeys(names[k] for k in range(2, width) if axes[k] == "X" and names[k])
-        found = [
-            [k for k in range(width) if names[k] == name and axes[k] == axis]
-            for name in groups
-            for axis in "XYZ"
-        ]
-        if not groups or any(len(each) != 1 for each in found):
-            raise log.error("has neither segments (RX ... TZ) nor markers (X, Y, Z)")
-        place = [each[0] for each in found]
-        points = (data[:, place] * np.array(factor)[place]).reshape(len(data), -1, 3)
-        seen = f"{len(data)} samples of {len(groups)} markers: {', '.join(map(_plain, groups))}"
-        return _Take(times, none, np.full((len(data), 4), np.nan), points, (seen,), tuple(left))
-    body = _chosen(log, bodies, asked.body, "object")
-    own = {axes[k]: k for k in range(width) if _plain(names[k]) == body}
+    frames = data[:, 0] + (np.nan_to_num(data[:, 1]) / 10 if len(columns) > 2 else 0)
+    bodies = list(dict.fromkeys(_plain(each.name) for each in columns if each.axis == "RX"))
+    left = [f"{len(rows) - end} rows below the first table"] * (end < len(rows))
+    if bodies:
+        body = _chosen(log, bodies, asked.body, "object")
+        seen, took = _body_of_vicon(log, columns, data, body)
+        left += [f'object "{each}"' for each in bodies if each != body]
+    else:
+        seen, took = _marks_of_vicon(log, columns, data)
+    return _Take.of((frames - frames[0]) / rate, took, left, **seen)
+
+
+class _Column(NamedTuple):
+    """A column of what Vicon exports: the group that it is of, ``TX``, and its unit."""
+
+    name: str
+    axis: str
+    unit: str
+
+
+def _vicon_columns(names: list[str], axes: list[str], units: list[str]) -> list[_Column]:
+    """Columns of the header's three rows; a name stands above the first of its columns alone."""
+    found, name = [], ""
+    beside = itertools.zip_longest(axes, names[: len(axes)], units[: len(axes)], fillvalue="")
+    for axis, cell, unit in beside:
+        name = cell.strip() or name
+        found.append(_Column(name, axis.strip(), unit.strip()))
+    return found
+
+
+def _lengths(log: Log, columns: Sequence[_Column], data: Array, places: Sequence[int]) -> Array:
+    """These columns in metres, as those without a unit are."""
+    units = {columns[k].unit or "m" for k in places}
+    if other := sorted(units - _UNITS.keys()):
+        raise log.error(f'has lengths in "{other[0]}"; expected mm, cm or m')
+    return np.asarray(data[:, places] * [_UNITS[columns[k].unit or "m"] for k in places])
+
+
+def _marks_of_vicon(
+    log: Log, columns: Sequence[_Column], data: Array
+) -> tuple[dict[str, Array], list[str]]:
+    named = [each.name for each in columns[2:] if each.axis == "X" and each.name]
+    groups = list(dict.fromkeys(named))
+    found = [
+        [k for k, each in enumerate(columns) if (each.name, each.axis) == (name, axis)]
+        for name in groups
+        for axis in "XYZ"
+    ]
+    if not groups or any(len(each) != 1 for each in found):
+        raise log.error("has neither segments (RX ... TZ) nor markers (X, Y, Z)")
+    points = _lengths(log, columns, data, [k for (k,) in found]).reshape(len(data), -1, 3)
+    seen = f"{len(data)} samples of {len(groups)} markers: {', '.join(map(_plain, groups))}"
+    return {"points": points}, [seen]
+
+
+def _body_of_vicon(
+    log: Log, columns: Sequence[_Column], data: Array, body: str
+) -> tuple[dict[str, Array], list[str]]:
+    own = {each.axis: k for k, each in enumerate(columns) if _plain(each.name) == body}
     if not {"TX", "TY", "TZ"} <= own.keys():
         raise log.error(f'has no TX, TY, TZ of the object "{body}"')
-    place = [own[axis] for axis in ("TX", "TY", "TZ")]
-    places = data[:, place] * np.array(factor)[place]
+    places = _lengths(log, columns, data, [own[axis] for axis in ("TX", "TY", "TZ")])
     turn = [own[axis] for axis in ("RX", "RY", "RZ", "RW") if axis in own]
+    turns, how = np.full((len(data), 4), np.nan), "none"
     if len(turn) == 4:
         turns, how = data[:, turn], "as quaternions"
     elif len(turn) == 3:
-        unit = units[turn[0]] or "rad"
+        unit = columns[turn[0]].unit or "rad"
         if unit not in ("deg", "rad"):
             raise log.error(
                 f'has rotations in "{unit}"; expected deg or rad in the row below the axes'
             )
         vectors = data[:, turn] * unit_factor(unit, "rad")
         good = np.isfinite(vectors).all(axis=1)
-        turns, how = np.full((len(data), 4), np.nan), "as rotation vectors, as Vicon has them"
         turns[good] = quaternions_from_rotation_vectors(vectors[good])
-    else:
-        turns, how = np.full((len(data), 4), np.nan), "none"
-    left += [f'object "{each}"' for each in bodies if each != body]
-    took = (f'{len(data)} samples of the object "{body}"', f"its rotation {how}")
-    return _Take(times, places, turns, np.zeros((len(data), 0, 3)), took, tuple(left))
+        how = "as rotation vectors, as Vicon has them"
+    took = [f'{len(data)} samples of the object "{body}"', f"its rotation {how}"]
+    return {"positions": places, "quaternions": turns}, took
 
 
 def _plain(name: str) -> str:
     """``Global Angle robot:plate`` as ``plate``."""
     return re.sub(r"^Global (Angle|Translation)\s+", "", name).rpartition(":")[2].strip()
-
-
-def _length(log: Log, unit: str) -> float:
-    if unit not in _UNITS:
-        raise log.error(f'has lengths in "{unit}"; expected mm, cm or m')
-    return _UNITS[unit]
 
 
 # Of a header's time whole seconds and the rest, as the two ROS name them.
@@ -470,7 +512,6 @@ def _ros_column(names: Sequence[str], *ends: str) -> int | None:
 
 def _read_ros(log: Log, _asked: Asked) -> _Take:
     names, values = _ros_table(log)
-    none = np.full((len(values), 3), np.nan)
     place = [
         _ros_column(names, f"position.{axis}", f"translation.{axis}", f"point.{axis}")
         for axis in "xyz"
@@ -481,18 +522,16 @@ def _read_ros(log: Log, _asked: Asked) -> _Take:
             "the second file, beside one of poses"
         )
     turn = [_ros_column(names, f"orientation.{a}", f"rotation.{a}") for a in "xyzw"]
-    places = values[:, [each for each in place if each is not None]]
-    turns = np.full((len(values), 4), np.nan)
     used = [each for each in place if each is not None]
+    seen = {"positions": values[:, used]}
     if None not in turn:
         columns = [each for each in turn if each is not None]
-        turns = values[:, columns]
+        seen["quaternions"] = values[:, columns]
         used += columns
     others = [name for k, name in enumerate(names) if k and k not in used]
     took = (f"{len(values)} poses of {re.sub(r'[./]x$', '', names[used[0]])}",)
     left = (f"columns {', '.join(others[:6])}{' ...' if len(others) > 6 else ''}",) * bool(others)
-    return _Take(values[:, 0], none if not used else places, turns,
-                 np.zeros((len(values), 0, 3)), took, left)  # fmt: skip
+    return _Take.of(values[:, 0], took, left, **seen)
 
 
 MOTIVE = LogFormat("motive", "a take of OptiTrack's Motive", _is_motive,
