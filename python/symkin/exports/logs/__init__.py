@@ -11,19 +11,20 @@ import os
 from pathlib import Path
 
 from symkin.errors import SymkinError
-from symkin.exports.logs.capture import MOTIVE, ROS, VICON
 from symkin.exports.logs.deltas import MARLIN, REPRAP
 from symkin.exports.logs.log import Asked, ImportedLog, Log, LogFormat
+from symkin.exports.logs.motive import MOTIVE
 from symkin.exports.logs.points import POINTS
 from symkin.exports.logs.records import EXCEL, JSON, MASLOW
+from symkin.exports.logs.ros import ROS
+from symkin.exports.logs.vicon import VICON
 from symkin.model.given import MechanismGiven, as_mechanism
 from symkin.storage.tables import file_bytes
 
 __all__ = ["FORMATS", "ImportedLog", "LogFormat", "import_log", "log_format_of"]
 
 FORMATS: tuple[LogFormat, ...] = (
-    *(MOTIVE, VICON, ROS, EXCEL, JSON, MASLOW, MARLIN, REPRAP),
-    POINTS,
+    *(MOTIVE, VICON, ROS, EXCEL, JSON, MASLOW, MARLIN, REPRAP, POINTS),
 )
 _MOST_BYTES = 300_000_000  # a take of an hour
 

@@ -69,36 +69,18 @@ def _is_json(log: Log) -> bool:
 
 
 def _read_json(log: Log, _asked: Asked) -> ImportedLog:
-    left: list[str] = []
+    found, left = _parsed(log)
     source = ""
-    try:
-        found = json.loads(log.text)
-    except RecursionError as error:
-        raise log.error("has lists in lists in lists, too deep to be measurements") from error
-    except ValueError as error:
-        found, strays = _lines_of_json(log)
-        if not found or log.text.lstrip().startswith("["):
-            raise log.error(f"is no JSON: {error}") from error
-        if len(strays) > max(1, _STRAY * len(found)):
-            first = ", ".join(map(str, strays[:_SHOWN])) + " ..." * (len(strays) > _SHOWN)
-            raise log.error(
-                f"lines {first} are no records as JSON; expected a record a line"
-            ) from error
-        left += [f"line {line}, which is no record as JSON" for line in strays[:_SHOWN]]
-        left += [f"{len(strays) - _SHOWN} more such lines"] * (len(strays) > _SHOWN)
     if isinstance(found, dict):
         lists = {
             name: value
             for name, value in found.items()
             if isinstance(value, list) and value and isinstance(value[0], dict)
         }
-        if not lists:
-            raise log.error("has no list of records, such as [{...}, {...}]")
-        name = max(lists, key=lambda each: len(lists[each]))
+        name = max(lists, key=lambda each: len(lists[each]), default="")
         others = [each for each in found if each != name]
         left += [f"keys {_listed(others)}"] if others else []
-        source = f'the list "{name}"'
-        found = lists[name]
+        source, found = f'the list "{name}"', lists.get(name)
     if not isinstance(found, list) or not found:
         raise log.error("has no list of records, such as [{...}, {...}]")
     wrong = next((i for i, each in enumerate(found) if not isinstance(each, dict)), None)
@@ -112,6 +94,25 @@ def _read_json(log: Log, _asked: Asked) -> ImportedLog:
         raise log.error(f"has {len(names)} different keys; expected at most {_MOST_COLUMNS}")
     cells = {name: [each.get(name) for each in flat] for name in names}
     return _of_cells(log, JSON.title, cells, source, left)
+
+
+def _parsed(log: Log) -> tuple[Any, list[str]]:
+    """The document, or the records of its lines, and what of these is left."""
+    try:
+        return json.loads(log.text), []
+    except RecursionError as error:
+        raise log.error("has lists in lists in lists, too deep to be measurements") from error
+    except ValueError as error:
+        found, strays = _lines_of_json(log)
+        if not found or log.text.lstrip().startswith("["):
+            raise log.error(f"is no JSON: {error}") from error
+        if len(strays) > max(1, _STRAY * len(found)):
+            first = _listed(map(str, strays))
+            raise log.error(
+                f"lines {first} are no records as JSON; expected a record a line"
+            ) from error
+    left = [f"line {line}, which is no record as JSON" for line in strays[:_SHOWN]]
+    return found, left + [f"{len(strays) - _SHOWN} more such lines"] * (len(strays) > _SHOWN)
 
 
 def _lines_of_json(log: Log) -> tuple[list[Any], list[int]]:
