@@ -399,74 +399,83 @@ def _points(
     the centres.
     """
     listed = section == "legs"
-    ends = {}
-    for end in ENDS:
-        if any(f"{end}_point" in leg for leg in legs):
-            ends[end] = [ends_of(info).get(end, {}) for info in infos]
+    ends = {
+        end: [ends_of(info).get(end, {}) for info in infos]
+        for end in ENDS
+        if any(f"{end}_point" in leg for leg in legs)
+    }
     given = {end: frames.get(f"{end}_centre") for end in ENDS}
     for end, centre in given.items():
-        if centre is None:
-            continue
-        if end not in ends:
-            raise source.error(
-                ("frames", f"{end}_centre"), f"goes with {end}_point, which no leg has"
-            )
-        if any(centre) and not all(ends[end]):
-            raise source.error(
-                ("frames", f"{end}_centre"),
-                f"goes with legs whose {end} ends are all points; leg "
-                f"{ends[end].index({}) + 1} ({infos[ends[end].index({})].name}) has a guide, which "
-                "is given about the origin as the others are",
-            )
+        if centre is not None:
+            _require_points(source, end, centre, ends.get(end, []), infos)
     if not ends:
         return legs, None
     for end, names in ends.items():
         _require_everywhere(source, section, legs, end, names)
-    points = {
-        end: np.array(
-            [
-                leg[f"{end}_point"]["value"]
-                if f"{end}_point" in leg
-                else [np.nan] * max(map(len, names))
-                for leg in legs
-            ]
-        )
-        for end, names in ends.items()
-    }
+    points = {}
+    for end, names in ends.items():
+        missing = {"value": [np.nan] * max(map(len, names))}
+        points[end] = np.array([leg.get(f"{end}_point", missing)["value"] for leg in legs])
     # A guide is given about the origin, and points beside it are too.
-    fixed = {
+    about = {
         end: np.zeros(each.shape[1])
         for end, each in points.items()
         if not listed or np.isnan(each).any()
     }
-    fixed |= {end: np.array(given[end]) for end in ends if given[end] is not None}
-    about = fixed
-    if len(fixed) < len(ends):
+    about |= {end: np.array(given[end]) for end in ends if given[end] is not None}
+    if len(about) < len(ends):
         known = [
             {name: leg[name][0] for name in info.parameter_names if name in leg}
             for leg, info in zip(legs, infos, strict=True)
         ]
-        about = centres(infos, known, [leg.get("working_mode", -1) for leg in legs], points, fixed)
+        about = centres(infos, known, [leg.get("working_mode", -1) for leg in legs], points, about)
     made = [
         {name: value for name, value in leg.items() if not name.endswith("_point")} for leg in legs
     ]
     correlations = {}
     for end, names in ends.items():
         matrices = []
-        for number, (leg, own_names) in enumerate(zip(legs, names, strict=True)):
-            if not own_names:
-                matrices.append(np.empty((0, 0)))
-                continue
-            values = polar(points[end][number] - about[end], own_names)
-            own = {kind: float(each) for kind, each in values.items()}
-            deviations, matrix = _errors_of_parameters(own, leg[f"{end}_point"])
+        for number, (leg, own) in enumerate(zip(legs, names, strict=True)):
+            place = points[end][number] - about[end]
+            values, matrix = _parameters_of_point(place, leg.get(f"{end}_point"), own)
+            made[number] |= values if listed else {n: value for n, (value, _) in values.items()}
             matrices.append(matrix)
-            for (kind, name), deviation in zip(own_names.items(), deviations, strict=True):
-                made[number][name] = (own[kind], deviation) if listed else own[kind]
         if any(np.any(matrix != np.eye(len(matrix))) for matrix in matrices):
             correlations[end] = tuple(tuple(map(tuple, matrix.tolist())) for matrix in matrices)
     base, platform = (tuple(about[end].tolist()) if end in about else None for end in ENDS)
     return made, DrawnPoints(base, platform, correlations=correlations)
+
+
+def _parameters_of_point(
+    place: Array, said: _Values | None, names: Mapping[str, str]
+) -> tuple[dict[str, tuple[float, float]], Array]:
+    """Parameters with their deviations, and how these are correlated; of a guide none."""
+    if not names or said is None:
+        return {}, np.empty((0, 0))
+    own = {kind: float(each) for kind, each in polar(place, names).items()}
+    deviations, matrix = _errors_of_parameters(own, said)
+    beside = zip(names.items(), deviations, strict=True)
+    return {name: (own[kind], deviation) for (kind, name), deviation in beside}, matrix
+
+
+def _require_points(
+    source: TomlSource,
+    end: str,
+    centre: Sequence[float],
+    names: Sequence[Mapping[str, str]],
+    infos: Sequence[ChainInfo],
+) -> None:
+    """Refuse a centre about which nothing is given, or a guide beside it."""
+    keys = ("frames", f"{end}_centre")
+    if not names:
+        raise source.error(keys, f"goes with {end}_point, which no leg has")
+    if any(centre) and not all(names):
+        guide = next(number for number, each in enumerate(names) if not each)
+        raise source.error(
+            keys,
+            f"goes with legs whose {end} ends are all points; leg {guide + 1} "
+            f"({infos[guide].name}) has a guide, which is given about the origin as the others are",
+        )
 
 
 def _require_everywhere(
