@@ -157,14 +157,12 @@ class Layout(Value):
             if role.is_given
         ]
         names = Names(scalars, _CURVATURE[sensor], always_held, given)
-        chosen = _chosen_frames(names, frames) | _curved(mechanism, names, sensor)
-        chosen |= names.matching("free", free) if free is not None else names.of_legs
         sorts = sorts_of(mechanism, scalars, units)
         slopes = {i for i, name in enumerate(scalars) if per.keys() & {*name.split(".")}}
+        chosen = _chosen_frames(names, frames) | _curved(mechanism, names, sensor)
+        chosen |= names.matching("free", free) if free is not None else names.of_legs
         named = [*(free or ()), *(prior if isinstance(prior, Mapping) else ())]
-        named = [each for each in named if "session" in each]
-        others = {i for i in slopes if {*scalars[i].split(".")} & {*reference}}
-        chosen = (chosen | slopes) - others | (others & names.matching("free", named))
+        chosen = _with_slopes(names, chosen, slopes, reference, named)
         if bow is not None:
             chosen |= names.matching("bow", [BOW])
         shared = [shared] if isinstance(shared, str) else list(shared)
@@ -193,12 +191,6 @@ class Layout(Value):
         column = np.full(len(scalars), -1, dtype=np.intp)
         for number, members in enumerate(groups):
             column[[each for each in members if each not in follow]] = number
-
-        def moves(scalar: int) -> list[tuple[int, float]]:
-            """Which columns move a scalar, and by which factors."""
-            terms = follow.get(scalar, {scalar: 1.0})
-            return [(int(column[other]), factor) for other, factor in terms.items()]
-
         made = cls(
             scalars=scalars,
             units=units,
@@ -209,14 +201,7 @@ class Layout(Value):
             column=column,
             names=tuple(_name(names, members) for members in groups),
             prior=np.full(len(groups), np.inf),
-            ties=tuple(
-                (names.index[name], each, factor * by)
-                for name, terms in bound.by.items()
-                for other, factor in terms.items()
-                for each, by in moves(names.index[other])
-                if factor
-            )
-            + tuple((scalar, each, by) for scalar in sorted(follow) for each, by in moves(scalar)),
+            ties=_following(names, column, bound, follow),
             roles=tuple(sorted(follow)),
             sums=tuple(sorted(names.index[name] for name in bound.measured)),
         )
@@ -485,6 +470,38 @@ def widening_of(covariance: Array) -> float:
     """Times the deviation of each variable at which normal ones of its own never say too much."""
     own = np.sqrt(np.diag(covariance))
     return float(np.sqrt(np.linalg.eigvalsh(covariance / np.outer(own, own))[-1]))
+
+
+def _with_slopes(
+    names: Names, chosen: set[int], slopes: set[int], reference: Sequence[str], named: Sequence[str]
+) -> set[int]:
+    """With slopes along covariates; those of a reference are only where a session is named."""
+    of_session = [each for each in named if "session" in each]
+    others = {i for i in slopes if {*names.scalars[i].split(".")} & {*reference}}
+    return (chosen | slopes) - others | (others & names.matching("free", of_session))
+
+
+def _following(
+    names: Names,
+    column: NDArray[np.intp],
+    bound: Solved,
+    follow: Mapping[int, Mapping[int, float]],
+) -> tuple[tuple[int, int, float], ...]:
+    """Scalars that follow columns and by which factors: by equations, then by role."""
+
+    def moves(scalar: int) -> list[tuple[int, float]]:
+        terms = follow.get(scalar, {scalar: 1.0})
+        return [(int(column[other]), factor) for other, factor in terms.items()]
+
+    by_equations = (
+        (names.index[name], each, factor * by)
+        for name, terms in bound.by.items()
+        for other, factor in terms.items()
+        for each, by in moves(names.index[other])
+        if factor
+    )
+    by_role = ((scalar, each, by) for scalar in sorted(follow) for each, by in moves(scalar))
+    return *by_equations, *by_role
 
 
 def _chosen_frames(names: Names, frames: Sequence[str]) -> set[int]:

@@ -75,48 +75,73 @@ _PERCENT = "\N{NO-BREAK SPACE}%"
 def plan_page(plan: Plan) -> Page:
     """Describe a plan: how good it is, what it shows, and where its poses lie."""
     mechanism, expected, basis = plan.mechanism, plan.expected, plan.basis
-    wanted, spares = int((~plan.spare).sum()), int(plan.spare.sum())
-    beside = f"and {plural(spares, 'spare')}"
-    if basis is not None and basis.survey is not None and basis.survey.together > 1:
-        beside += ", in pairs: the first and the second, the third and the fourth, ..."
-    headlines: list[Headline] = [("Poses", count(wanted), beside)]
-    judgement = "The poses were read from a file, which does not say how they were chosen"
-    if basis is not None:
-        certificates = [choice.selection.certificate for choice in basis.choices]
-        proven = all(certificate.proven_optimal for certificate in certificates)
-        least = min(certificate.efficiency for certificate in certificates)
-        remark = "proven optimal" if proven else "of a bound that no set of poses exceeds"
-        headlines.append(("Efficiency", f"{100 * least:.2f}{_PERCENT}", remark))
-        judgement = (
-            "The poses are proven optimal" if proven else "The poses come with a certificate"
-        )
-    if expected is not None:
-        headlines += _expected_headlines(mechanism, expected)
-    doubts, remark = _held(mechanism, basis.survey if basis else None, plan.held, expected)
+    survey = None if basis is None else basis.survey
+    doubts, remark = _held(mechanism, survey, plan.held, expected)
     if plan.unseen and expected is None:
         doubts = ["what priors alone hold, these observations will not show; see the notes"]
-    judgement += remark
+    asked = _asked(survey)
+    return Page(
+        title=f"{mechanism.name}: plan",
+        subtitle=legs_in_words(mechanism.legs),
+        headlines=_headlines(plan),
+        verdict="" if basis is None else "doubtful" if doubts else "good",
+        judgement=_chosen_how(basis) + remark,
+        doubts=doubts,
+        notes=_notes(plan),
+        paragraphs=[] if expected is None else [_errors(plan, expected)],
+        next_step="take the poses in their order, spares only in place of those that the robot "
+        "cannot take; then" + (", with the same unknowns" if asked is None else ""),
+        next_command=f"symkin identify {typed_name(mechanism)} measurements.csv{asked or ''} "
+        "--out identified",
+        sections=_sections(plan),
+    )
+
+
+def _headlines(plan: Plan) -> list[Headline]:
+    """How many poses, how good, how long the way, and what of a drift they show."""
+    mechanism, basis = plan.mechanism, plan.basis
+    beside = f"and {plural(int(plan.spare.sum()), 'spare')}"
+    if basis is not None and basis.survey is not None and basis.survey.together > 1:
+        beside += ", in pairs: the first and the second, the third and the fourth, ..."
+    headlines: list[Headline] = [("Poses", count(int((~plan.spare).sum())), beside)]
+    if basis is not None:
+        least = min(choice.selection.certificate.efficiency for choice in basis.choices)
+        remark = "proven optimal" if _proven(basis) else "of a bound that no set of poses exceeds"
+        headlines.append(("Efficiency", f"{100 * least:.2f}{_PERCENT}", remark))
+    if plan.expected is not None:
+        headlines += _expected_headlines(mechanism, plan.expected)
     way = quantity(plan.travel, mechanism.space.closure_unit)
     headlines.append(("Way", way, "from home through the poses"))
     if plan.drift_shown is not None:
         shown = f"{100 * plan.drift_shown:.0f}{_PERCENT}"
         remark = "of a sensor's, in this order, is not taken for geometry"
         headlines.append(("Drift shown", shown, remark))
+    return headlines
+
+
+def _proven(basis: PlanBasis) -> bool:
+    return all(choice.selection.certificate.proven_optimal for choice in basis.choices)
+
+
+def _chosen_how(basis: PlanBasis | None) -> str:
+    if basis is None:
+        return "The poses were read from a file, which does not say how they were chosen"
+    return "The poses are proven optimal" if _proven(basis) else "The poses come with a certificate"
+
+
+def _notes(plan: Plan) -> list[str]:
+    mechanism, basis = plan.mechanism, plan.basis
     notes = device_notes(mechanism)
     if mechanism.open_coordinates:
         notes.append(f"{left_to_gravity(mechanism)}; no accuracy at given readings can be told")
     if basis is not None and basis.excluded:
         excluded = f"{count(basis.excluded)} of {count(basis.candidates)} candidates"
         notes.append(f"{excluded} are left out: {_LEFT_OUT}")
-    symmetric = basis is not None and basis.symmetrical
-    sets = plan.leg_poses()
-    surveyed = basis is not None and basis.survey is not None
-    asked = _asked(basis.survey if basis else None)
     if basis is not None and basis.design == "legs" and _serves_all(basis, mechanism):
+        wanted = int((~plan.spare).sum()) // len(mechanism.legs)
         notes.append(
-            "the legs are alike: with --design orbits "
-            f"{plural(wanted // len(mechanism.legs), 'pose')} would serve all of them, which is "
-            "less to measure, and less accurate"
+            f"the legs are alike: with --design orbits {plural(wanted, 'pose')} would serve all of "
+            "them, which is less to measure, and less accurate"
         )
     notes += _carried(plan)
     silent = [each.name for each in plan.unknowns if each.deviation > SILENT * each.prior]
@@ -132,42 +157,38 @@ def plan_page(plan: Plan) -> Page:
         if len(plan.unseen) > _COMBINED:
             shown = f"{count(len(plan.unseen))} combinations of the unknowns"
         notes.append(f"no observation shows, so that priors alone hold: {shown}")
+    return notes
+
+
+def _errors(plan: Plan, expected: ExpectedAccuracy) -> str:
+    """What is promised, and what the errors are of."""
+    errors = (
+        f"{promise(plan.mechanism.space, expected)} Errors are those of the end effector over the "
+        "workspace after identification with all poses and the estimator "
+        f"{quoted(plan.estimator)}, for the declared noise."
+    )
+    if plan.basis is None or plan.basis.survey is None or expected.up_to_frames:
+        return errors
+    return f"{errors} They are of the target in the device's frame; what is held has none."
+
+
+def _sections(plan: Plan) -> list[Section]:
+    mechanism, basis = plan.mechanism, plan.basis
+    symmetric = basis is not None and basis.symmetrical
     sections = [
         plan_section(plan),
         _unknowns_section(plan)
-        if surveyed
-        else observability_section(mechanism, sets, symmetric=symmetric, rows=plan.row_kind),
+        if basis is not None and basis.survey is not None
+        else observability_section(
+            mechanism, plan.leg_poses(), symmetric=symmetric, rows=plan.row_kind
+        ),
     ]
     if isinstance(plan.candidates, WorkspaceSample):
         sections.append(workspace_section(mechanism, plan.candidates, plan))
-    wanted_rows = np.flatnonzero(~plan.spare)[:_STEPS].tolist()
-    steps = {f"row {row + 1}": plan.poses[row] for row in wanted_rows}
-    sections += [
-        mechanism_section(mechanism, plan.poses[:1], steps=steps),
-        _sheet_section(plan),
-    ]
-    promised = "" if expected is None else promise(mechanism.space, expected)
-    errors = (
-        f"{promised} Errors are those of the end effector over the workspace after identification "
-        f"with all poses and the estimator {quoted(plan.estimator)}, for the declared noise."
-    )
-    if surveyed and (expected is None or not expected.up_to_frames):
-        errors += " They are of the target in the device's frame; what is held has none."
-    return Page(
-        title=f"{mechanism.name}: plan",
-        subtitle=legs_in_words(mechanism.legs),
-        headlines=headlines,
-        verdict="" if basis is None else "doubtful" if doubts else "good",
-        judgement=judgement,
-        doubts=doubts,
-        notes=notes,
-        paragraphs=[errors] if expected is not None else [],
-        next_step="take the poses in their order, spares only in place of those that the robot "
-        "cannot take; then" + (", with the same unknowns" if asked is None else ""),
-        next_command=f"symkin identify {typed_name(mechanism)} measurements.csv{asked or ''} "
-        "--out identified",
-        sections=sections,
-    )
+    wanted = np.flatnonzero(~plan.spare)[:_STEPS].tolist()
+    steps = {f"row {row + 1}": plan.poses[row] for row in wanted}
+    drawn = mechanism_section(mechanism, plan.poses[:1], steps=steps)
+    return [*sections, drawn, _sheet_section(plan)]
 
 
 def _asked(survey: Survey | None) -> str | None:
