@@ -35,6 +35,7 @@ from symkin.options import (
     Criterion,
     Design,
     Estimator,
+    Frame,
     Loss,
     LossPer,
     PoseUse,
@@ -320,7 +321,7 @@ class Observing:
 
     def _refuse_unused(self, wanted: Sequence[str]) -> None:
         """Refuse frames that nothing observed depends on."""
-        for frame in ("base", "target", "points", "anchors", "plane"):
+        for frame in get_args(Frame):
             kinds = words_with(frame)
             refuse_unless(
                 getattr(self, frame) is None or not kinds.isdisjoint(wanted),

@@ -38,6 +38,7 @@ from symkin.planning.selection import (
     clearance,
     design_tasks,
 )
+from symkin.storage.output_files import cannot_be_written
 from symkin.values import Array
 
 SETTINGS = "session.json"
@@ -212,14 +213,12 @@ def _settle(
         )
     drawing.replace(folder / ROBOT)
     new = folder / f".{SETTINGS}"
-    try:
+    with cannot_be_written(folder):
         with new.open("w", encoding="utf-8", newline="\n") as file:
             file.write(json.dumps(told, indent=2) + "\n")
             file.flush()
             os.fsync(file.fileno())
         new.replace(path)
-    except OSError as error:
-        raise SymkinError(f"{folder}: cannot be written to: {error.strerror}") from error
 
 
 def _settings(path: Path) -> dict[str, Any]:

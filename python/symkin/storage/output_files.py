@@ -319,7 +319,7 @@ def alone(folder: Path) -> Iterator[None]:
         If another one does, or nothing can be written there.
     """
     busy = f"{folder}: another run is at work there; wait for its end, or choose another folder"
-    with _cannot_be_written(folder):
+    with cannot_be_written(folder):
         folder.mkdir(parents=True, exist_ok=True)
     with only_one(folder / "lock", busy):
         yield
@@ -334,7 +334,7 @@ def only_one(path: Path, busy: str) -> Iterator[None]:
     SymkinError
         With the words of `busy` if another one does, or if it cannot be written.
     """
-    with _cannot_be_written(path.parent):
+    with cannot_be_written(path.parent):
         descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
     try:
         try:
@@ -354,7 +354,7 @@ def only_one(path: Path, busy: str) -> Iterator[None]:
 
 
 @contextmanager
-def _cannot_be_written(folder: Path) -> Iterator[None]:
+def cannot_be_written(folder: Path) -> Iterator[None]:
     """Say so of a folder in which something fails."""
     try:
         yield

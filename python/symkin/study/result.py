@@ -32,6 +32,8 @@ from symkin.study.summaries import (
 )
 from symkin.values import Array, Value, field, plain, record
 
+_ERRORS = ("position_rms_m", "orientation_rms_rad")
+
 
 @record
 class StudyResult(FolderResult):
@@ -127,10 +129,7 @@ class StudyResult(FolderResult):
             )
         one, other = self.rows(first), self.rows(second)
         both = one["converged"] & other["converged"]
-        ratios = [
-            paired(one[name][both], other[name][both])
-            for name in ("position_rms_m", "orientation_rms_rad")
-        ]
+        ratios = [paired(one[name][both], other[name][both]) for name in _ERRORS]
         return PairedComparison(first, second, int(both.sum()), *ratios)
 
     def for_accuracy(
@@ -210,7 +209,7 @@ class StudyResult(FolderResult):
         rows = self.rows(cell.id)
         good = rows["converged"]
         length = self.job.mechanisms[cell.mechanism].characteristic_length
-        after = [rows[name][good] for name in ("position_rms_m", "orientation_rms_rad")]
+        after = [rows[name][good] for name in _ERRORS]
         before = [rows[name][good] for name in ("position_before_m", "orientation_before_rad")]
         expected = self._predicted(cell)
         predicted = [expected.position, expected.orientation] if expected else [math.nan] * 2
