@@ -423,6 +423,11 @@ class Session:
         return self._table.edited
 
     @property
+    def is_behind(self) -> bool:
+        """Whether ``robot.toml`` could not be written since the last line."""
+        return self.folder is not None and self.robot is not self._written
+
+    @property
     def suggests_avoiding(self) -> bool:
         """Whether the last failure was the second nearby."""
         return self._chooser.region_fails

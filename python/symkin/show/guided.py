@@ -215,6 +215,12 @@ def _told(cells: Sequence[tuple[str, str, str]]) -> str:
     )
 
 
+_BEHIND = (
+    f"{ROBOT} could not be written and is of an earlier row: give the command of this session "
+    "again once there is room, and identify then."
+)
+
+
 def end_text(session: Session, progress: Progress, width: int = WIDTH) -> str:
     """What a session came to, and what to do now."""
     rows, share = plural(progress.rows, "row"), percent(progress.confidence)
@@ -272,6 +278,8 @@ def end_text(session: Session, progress: Progress, width: int = WIDTH) -> str:
         if progress.confidence != OPTIONS["confidence"].default:
             more += f" --confidence {progress.confidence:g}"
         text += [GOES_ON] * (not (progress.reached or progress.never))
+        if session.is_behind:
+            text += _filled(_BEHIND, 0, width)
         text += ["", f"symkin identify {files}{more} --out calibrated"]
     return "\n".join(text)
 

@@ -14,6 +14,7 @@ import pytest
 import symkin
 from symkin.errors import SymkinError
 from symkin.guided import SimulatedDevice, session
+from symkin.show.guided import end_text
 
 FEW = {"candidates": 60, "seed": 1}
 ACCURACY = 1e-4
@@ -279,6 +280,27 @@ def test_a_row_that_does_not_get_to_the_disk_is_not_entered_and_can_be_again(
     assert session.next().pose == pytest.approx(ask.pose)
     session.add(found)
     assert session.next().row == ask.row + 1
+
+
+def test_a_robot_that_does_not_get_to_the_disk_is_told_and_written_when_the_session_goes_on(
+    robot, folder, monkeypatch
+):
+    running, device = begun(robot, folder), SimulatedDevice(robot, seed=2)
+    robot_file, before = folder / "robot.toml", (folder / "robot.toml").read_text()
+
+    def full(*_, **__):
+        raise SymkinError("No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(session, "save_mechanism", full)
+        running.add(device(running.next()))
+        running.slip(running.progress.rows)
+    assert robot_file.read_text() == before
+    assert "robot.toml could not be written" in end_text(running, running.progress)
+    del running
+    again = begun(robot, folder)
+    assert "step" in robot_file.read_text()
+    assert "robot.toml could not be written" not in end_text(again, again.progress)
 
 
 def test_the_seconds_of_rows_never_run_backwards(robot, folder, monkeypatch):
