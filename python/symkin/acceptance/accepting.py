@@ -10,6 +10,7 @@ from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from symkin.acceptance.alike import rows_alike
 from symkin.acceptance.calibration import Again, calibrated_of, rows_seen
@@ -41,6 +42,7 @@ from symkin.estimate.evidence.standing import what_stands_still
 from symkin.estimate.survey import coordinates_of
 from symkin.model.given import MechanismGiven
 from symkin.model.mechanism import Mechanism
+from symkin.model.settings import NoiseSettings
 from symkin.options import Coordinates, Frame, Judge, checks
 from symkin.present import asker
 from symkin.values import Array
@@ -121,14 +123,7 @@ def accept(
     _require_measured(found, model, table)
     noise = found.noise if found is not None else model.noise
     moved, fitted = tuple(frames or ()), 0
-    try:
-        tested = Tested(model, table, noise, of)
-    except SymkinError as error:
-        still = [each.cause for each in what_stands_still(model, table)]
-        cause = still or likely_cause(found, model, table)
-        if not cause:
-            raise
-        raise SymkinError(f"{error}; {'; '.join(cause)}") from error
+    tested = _tested(found, model, table, noise, of)
     if moved:
         tested, fitted = tested.with_own_base()
         if found is not None:
@@ -148,17 +143,9 @@ def accept(
     for kind, limit in wanted.items():
         if limit is None:
             continue
-        measured = tested.errors_of(kind)
-        errors, own = tested.part(kind), tested.uncertainty(kind)
-        stated = given[kind]
-        if stated is not None:
-            own = np.where(np.isnan(own), np.nan, stated)
-        _require_uncertainty(kind, own)
-        of_frame = fitted if kind == "position" else 0
-        known = measured, own[np.isfinite(own).all(axis=1)]
-        over_all = limits_of_rms(*known, limit, fitted=of_frame)
-        means = [_mean_of(errors[rows], own[rows]) for rows in visits]
-        limits[kind] = [each and limits_of_rms(*each, limit) for each in means]
+        over_all, means, limits[kind] = _limits_of(
+            tested, kind, limit, given[kind], visits, fitted if kind == "position" else 0
+        )
         of_poses = [
             (*mean, own_limits)
             for mean, own_limits in zip(means, limits[kind], strict=True)
@@ -201,6 +188,46 @@ def accept(
         notes=(*table.notes, *_aside(judged, tested, model), *_beyond(judge, judged, min(counts))),
         doubts=tuple(doubts),
     )
+
+
+def _tested(
+    found: Estimate | None,
+    model: Mechanism,
+    table: Measurements,
+    noise: NoiseSettings,
+    of: Coordinates | None,
+) -> Tested:
+    """Compare rows with the model; where it can take none, with the mistake in them, if plain."""
+    try:
+        return Tested(model, table, noise, of)
+    except SymkinError as error:
+        still = [each.cause for each in what_stands_still(model, table)]
+        cause = still or likely_cause(found, model, table)
+        if not cause:
+            raise
+        raise SymkinError(f"{error}; {'; '.join(cause)}") from error
+
+
+def _limits_of(
+    tested: Tested,
+    kind: Kind,
+    limit: float,
+    stated: float | None,
+    visits: Sequence[NDArray[np.intp]],
+    fitted: int,
+) -> tuple[RmsLimits, list[tuple[Array, Array] | None], list[RmsLimits | None]]:
+    """Limits of the error over all rows; mean errors of each pose's visits, and their limits.
+
+    The instrument's uncertainty is what is `stated`, or else the rows' own.
+    """
+    errors, own = tested.part(kind), tested.uncertainty(kind)
+    if stated is not None:
+        own = np.where(np.isnan(own), np.nan, stated)
+    _require_uncertainty(kind, own)
+    known = tested.errors_of(kind), own[np.isfinite(own).all(axis=1)]
+    over_all = limits_of_rms(*known, limit, fitted=fitted)
+    means = [_mean_of(errors[rows], own[rows]) for rows in visits]
+    return over_all, means, [each and limits_of_rms(*each, limit) for each in means]
 
 
 def _check_asked(
