@@ -199,7 +199,7 @@ double judge(Index rank, Index priors, BlockLosses& losses, JointFit& fit) {
   std::iota(legs.begin(), legs.end(), Index{0});
   if (losses.any()) {
     const RobustStatistics robust = robust_statistics(fit.chi_squares, fit.conditions, rank, losses,
-                                                      {}, priors, fit.chi_square_prior);
+                                                      priors, fit.chi_square_prior);
     fit.goodness = judged(std::move(legs), robust.chi_square, robust.degrees_of_freedom);
     fit.student_degrees = robust.student_degrees;
     return robust.variance;

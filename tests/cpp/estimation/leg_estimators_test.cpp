@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/QR>
+#include <cmath>
 #include <memory>
 
 #include "support/mechanisms.hpp"
@@ -145,6 +146,41 @@ TEST(LegEstimators, FindTheirWayFromATenthOfAMetreAndARadianOff) {
       EXPECT_LT((estimate.parameters - expected).norm(), 1e-8);
     }
   }
+}
+
+// Two closures a pose, whose covariance keeps its determinant.
+TEST(LegEstimators, WhitenSeveralClosuresSoThatTheirErrorsAreIndependent) {
+  const Mechanism mechanism = testing::three_rps();
+  RowMatrix poses(2, 7);
+  poses << 0.02, -0.01, 1.7, 1, 0, 0, 0,  //
+      0, 0.03, 1.75, std::cos(0.05), std::sin(0.05), 0, 0;
+  const MeasurementSet measured{poses, RowMatrix::Constant(2, 3, 0.9), {-1, -1}};
+  const LegData data = leg_data(mechanism, measured, 1);
+  const Vector parameters = mechanism.leg(1).parameters;
+  const MeasurementNoise noise{1e-4, 2e-4, 3e-4};
+  const Vector of_pose = noise.pose_variances(mechanism.pose_space());
+  const auto covariance = [&](const ClosureRows& rows, Index a, Index b) {
+    return rows.by_pose.row(a).cwiseProduct(rows.by_pose.row(b)).dot(of_pose.transpose()) +
+           noise.reading * noise.reading * rows.by_reading[a] * rows.by_reading[b];
+  };
+  ClosureRows raw;
+  linearise_closures(data, parameters, raw);
+  WhitenedLeg leg;
+  whiten(data, parameters, noise, leg);
+  for (const Index first : {0, 2}) {
+    const double both = covariance(raw, first, first + 1);
+    const double area = covariance(raw, first, first) * covariance(raw, first + 1, first + 1);
+    EXPECT_GT(std::abs(both), 1e-3 * std::sqrt(area));
+    EXPECT_NEAR(covariance(leg.rows, first, first + 1), 0, 1e-12 * std::sqrt(area));
+    EXPECT_NEAR(leg.variances[first] * leg.variances[first + 1] / (area - both * both), 1, 1e-9);
+    EXPECT_EQ(leg.rows.closure[first], raw.closure[first]);
+    const double share = both / covariance(raw, first, first);
+    EXPECT_NEAR(leg.rows.closure[first + 1], raw.closure[first + 1] - share * raw.closure[first],
+                1e-12);
+  }
+  // Of two closures the reading's error is one.
+  whiten(data, parameters, {0, 0, 1e-4}, leg);
+  EXPECT_EQ(leg.variances, Vector::Zero(4));
 }
 
 }  // namespace

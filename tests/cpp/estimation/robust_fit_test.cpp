@@ -247,7 +247,7 @@ TEST(RobustFit, CountsPriorsAsConditionsThatNoLossRejects) {
   // The loss bends beyond all residuals.
   BlockLosses losses(loss_named("huber", 1e3));
   const RobustStatistics found =
-      robust_statistics(Vector::Constant(10, 3), std::vector<Index>(10, 3), 8, losses, {}, 6, 5);
+      robust_statistics(Vector::Constant(10, 3), std::vector<Index>(10, 3), 8, losses, 6, 5);
   EXPECT_NEAR(found.degrees_of_freedom, 10 * 3 + 6 - 8, 1e-6);
   EXPECT_NEAR(found.chi_square, 10 * 3 + 5, 1e-6);
 }

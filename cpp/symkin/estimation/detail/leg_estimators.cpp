@@ -1,9 +1,25 @@
 // SPDX-License-Identifier: MIT
 #include "symkin/estimation/detail/leg_estimators.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <string>
 
 namespace symkin {
+namespace {
+
+// The largest of a step of the estimated parameters, of those beyond 1 over their size.
+double relative_step(const LegData& data, const Vector& parameters, const Vector& step) {
+  double largest = 0;
+  for (Index i = 0; i < step.size(); ++i) {
+    const double size = std::abs(parameters[data.estimated[static_cast<std::size_t>(i)]]);
+    largest = std::max(largest, std::abs(step[i]) / std::max(size, 1.0));
+  }
+  return largest;
+}
+
+}  // namespace
+
 LegEstimate estimate_paper(const LegData& data, const Vector& start,
                            const IdentificationOptions& options) {
   LegEstimate estimate;

@@ -212,21 +212,17 @@ void LegFits::weigh(const BlockLoss& loss) {
 // Of the start of `joint` it is one that is short beside the leg or beside the cost: what that
 // leaves is less than the noise, by which `joint` moves on in any case.
 void LegFits::step(Index lane, const BlockLoss* loss, bool may_move) {
-  // Lengths of a last step, and what it may leave if steps go on to shorten as it did.
-  constexpr double kJointStart = 1e-2;  // of the root of the cost, or of a natural size
-  constexpr double kJointLeft = 1e-3;
-  constexpr double kEnds = 3e-6;
+  // What a last step may leave, if steps go on to shorten as it did, or how long it may be.
   constexpr double kLeft = 1e-10;
+  constexpr double kJointLeft = 1e-4;
+  constexpr double kJointStart = 1e-2;  // of a natural size
   constexpr double kRobustEnds = 1e-7;  // squares that are not weighted change with the step
-  constexpr double kRobustLeft = 1e-8;
   constexpr double kNear = 1e-2;
   constexpr double kSlack = 1e-10;  // of the cost
   constexpr double kRounding = 1e-9;
   constexpr double kNewton = 0.3;  // of a deviation, the longest of Newton's steps
   constexpr double kPoor = 1e-9;   // a pivot of Newton's: the loss has no minimum
   const bool joint = options_.estimator == Estimator::joint;
-  const double ends = joint ? kJointStart : loss == nullptr ? kEnds : kRobustEnds;
-  const double may_leave = joint ? kJointLeft : loss == nullptr ? kLeft : kRobustLeft;
   State& state = states_[place(lane)];
   const double decrease = at(decrease_, 0, lane), pivot = at(pivot_, 0, lane);
   const double cost = at(whitened_, 0, lane);
@@ -250,8 +246,10 @@ void LegFits::step(Index lane, const BlockLoss* loss, bool may_move) {
     size = std::max(size, std::abs(at(step_, k, lane)) / sizes_[parameter]);
   }
   const double leaves = distance * distance / std::min(state.distance, 1.0);
-  if ((distance < ends && (leaves < may_leave || distance < kRounding)) ||
-      (joint && size < kJointStart)) {
+  const bool is_last = loss == nullptr
+                           ? leaves < (joint ? kJointLeft : kLeft) || distance < kRounding
+                           : distance < kRobustEnds;
+  if (is_last || (joint && size < kJointStart)) {
     state.runs = false;
     state.cost = cost;
     return;

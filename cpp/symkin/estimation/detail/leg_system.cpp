@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "symkin/estimation/detail/leg_system.hpp"
 
-#include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "symkin/support/dense.hpp"
 
@@ -16,45 +14,35 @@ void keep_estimated(const LegData& data, ClosureRows& rows) {
   }
 }
 
-// Cholesky factor of the covariance of a leg's closures at one pose, m^2: H Sigma H' + b b'
-// sigma_q^2, H their dh/dpose and b their dh/dpsi. NaN for derivatives that are not finite; empty
-// where it is singular.
-RowMatrix closure_factor(const RowMatrix& by_pose, const Vector& by_reading, PoseSpace space,
-                         const MeasurementNoise& noise) {
-  constexpr double kSingular = 1e-12;  // of a variance: what is left once the others are known
-  RowMatrix covariance =
-      product(by_pose * noise.pose_variances(space).asDiagonal(), by_pose.transpose());
-  covariance += noise.reading * noise.reading * by_reading * by_reading.transpose();
-  if (!covariance.allFinite()) {
-    return RowMatrix::Constant(covariance.rows(), covariance.cols(),
-                               std::numeric_limits<double>::quiet_NaN());
-  }
-  RowMatrix factor = cholesky_factor(covariance);
-  const bool singular =
-      factor.size() > 0 &&
-      (factor.diagonal().array().square() < kSingular * covariance.diagonal().array()).any();
-  return singular ? RowMatrix() : factor;
-}
-
-// L D L' = V, the covariance of the closures at each pose: rows become L^-1 of what they were, and
-// D is returned. Where V is singular D is zero and the rows stay.
+// Rows become what each closure of a pose says that those before it do not, so that their errors
+// are independent, and their variances are returned: L^-1 of what they were, L D L' the covariance
+// H Sigma H' + b b' sigma_q^2 of the closures, H their dh/dpose and b their dh/dpsi. Where that is
+// singular the variances are zero.
 Vector decorrelate(ClosureRows& rows, Index closures, PoseSpace space,
                    const MeasurementNoise& noise) {
-  Vector variances = Vector::Zero(rows.by_reading.size());
+  constexpr double kSingular = 1e-12;  // of a variance: what is left once the others are known
+  const Vector of_pose = noise.pose_variances(space);
+  const auto covariance = [&](Index a, Index b) {
+    return rows.by_pose.row(a).cwiseProduct(rows.by_pose.row(b)).dot(of_pose.transpose()) +
+           noise.reading * noise.reading * rows.by_reading[a] * rows.by_reading[b];
+  };
+  Vector variances(rows.by_reading.size());
   for (Index first = 0; first < variances.size(); first += closures) {
-    auto by_pose = rows.by_pose.middleRows(first, closures);
-    auto by_reading = rows.by_reading.segment(first, closures);
-    const RowMatrix factor = closure_factor(by_pose, by_reading, space, noise);
-    if (factor.size() == 0) {
-      continue;
+    for (Index i = first; i < first + closures; ++i) {
+      const double all = covariance(i, i);
+      for (Index before = first; before < i; ++before) {
+        const double share = covariance(i, before) / variances[before];
+        rows.closure[i] -= share * rows.closure[before];
+        rows.by_parameters.row(i) -= share * rows.by_parameters.row(before);
+        rows.by_pose.row(i) -= share * rows.by_pose.row(before);
+        rows.by_reading[i] -= share * rows.by_reading[before];
+      }
+      variances[i] = covariance(i, i);
+      if (variances[i] <= kSingular * all) {
+        variances.segment(first, closures).setZero();
+        break;
+      }
     }
-    const RowMatrix inverse = factor.diagonal().asDiagonal() * lower_inverse(factor);
-    variances.segment(first, closures) = factor.diagonal().cwiseAbs2();
-    by_pose = product(inverse, by_pose);
-    by_reading = product(inverse, by_reading);
-    rows.closure.segment(first, closures) = product(inverse, rows.closure.segment(first, closures));
-    rows.by_parameters.middleRows(first, closures) =
-        product(inverse, rows.by_parameters.middleRows(first, closures));
   }
   return variances;
 }
@@ -131,15 +119,6 @@ Vector scaled_least_squares(const RowMatrix& a, const Vector& b) {
   const Vector scale = inverse_column_lengths(a);
   const ColumnSpace space = column_space(a * scale.asDiagonal());
   return scale.asDiagonal() * (space.coordinates * (space.basis.transpose() * b));
-}
-
-double relative_step(const LegData& data, const Vector& parameters, const Vector& step) {
-  double largest = 0;
-  for (Index i = 0; i < step.size(); ++i) {
-    const double size = std::abs(parameters[data.estimated[static_cast<std::size_t>(i)]]);
-    largest = std::max(largest, std::abs(step[i]) / std::max(size, 1.0));
-  }
-  return largest;
 }
 
 }  // namespace symkin

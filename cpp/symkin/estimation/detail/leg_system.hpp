@@ -59,7 +59,4 @@ std::string out_of_reach_at_start(const Vector& errors);
 // x of least |A x - b|, by QR with columns of length one.
 Vector scaled_least_squares(const RowMatrix& a, const Vector& b);
 
-// The largest of a step of the estimated parameters, of those beyond 1 over their size.
-double relative_step(const LegData& data, const Vector& parameters, const Vector& step);
-
 }  // namespace symkin

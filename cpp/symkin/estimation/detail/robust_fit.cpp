@@ -81,8 +81,8 @@ std::vector<RobustLoss> stages_of(const RobustLoss& loss) {
 }
 
 RobustStatistics robust_statistics(const Vector& squares, const std::vector<Index>& conditions,
-                                   Index parameters, BlockLosses& losses, const Vector& relative,
-                                   Index priors, double prior_squares) {
+                                   Index parameters, BlockLosses& losses, Index priors,
+                                   double prior_squares) {
   const auto p = static_cast<double>(parameters);
   double rows = 0;
   double psi_squares = 0;
@@ -97,13 +97,11 @@ RobustStatistics robust_statistics(const Vector& squares, const std::vector<Inde
   found.sum_of_squares = prior_squares;
   const double unit = losses.spread() * losses.spread();
   for (std::size_t i = 0; i < conditions.size(); ++i) {
-    const auto at = static_cast<Index>(i);
     if (conditions[i] == 0) {
       continue;
     }
     const BlockLoss& loss = losses.of(conditions[i]);
-    const double size = relative.size() > 0 ? relative[at] : 1;
-    const double square = squares[at] / (size * size);
+    const double square = squares[static_cast<Index>(i)];
     const BlockLoss::Value value = loss.at(square);
     const auto k = static_cast<double>(conditions[i]);
     const double slope = value.slope(square, conditions[i]);

@@ -46,12 +46,10 @@ struct RobustStatistics {
   double chi_square = 0;
   double degrees_of_freedom = 0;
 };
-// Of blocks with squared norms `squares` and so many conditions, fitted by `parameters`;
-// `relative`, if not empty, the sizes of their noise in whitened ones; of the priors their number
-// and squares.
+// Of blocks with squared norms `squares` and so many conditions, fitted by `parameters`; of the
+// priors their number and squares.
 RobustStatistics robust_statistics(const Vector& squares, const std::vector<Index>& conditions,
-                                   Index parameters, BlockLosses& losses,
-                                   const Vector& relative = {}, Index priors = 0,
+                                   Index parameters, BlockLosses& losses, Index priors = 0,
                                    double prior_squares = 0);
 
 // The order of fits: least squares; Huber's; from there and from subsets Cauchy's, the lower of the
