@@ -67,7 +67,18 @@ class SymmetryError(SymkinError):
 
 
 class NotIdentifiableError(SymkinError):
-    """The measurements do not determine the parameters."""
+    """The measurements do not determine the parameters.
+
+    Attributes
+    ----------
+    null_directions : array of float
+        Directions of the unknowns that nothing shows, a column each; empty if none are known.
+    unseen : tuple of str
+        The same in the unknowns' names, such as ``"0.71 base_angle - 0.71 platform_angle"``.
+    """
+
+    null_directions: Any = ()
+    unseen: tuple[str, ...] = ()
 
 
 class FailedFitError(SymkinError):

@@ -302,7 +302,7 @@ def with_combinations(
     error: NotIdentifiableError, names: Sequence[str] | None, scale: Array
 ) -> NotIdentifiableError:
     """The error with the combinations of parameters (each in its scale) that nothing shows."""
-    directions = np.asarray(getattr(error, "null_directions", np.empty((0, 0))))
+    directions = np.asarray(error.null_directions)
     if names is None or not directions.size:
         return error
     scale = np.asarray(scale, dtype=np.float64)
@@ -313,6 +313,6 @@ def with_combinations(
             )
         directions = directions / np.where(scale > 0, scale, 1)[:, None]
         directions = directions / np.linalg.norm(directions, axis=0)
-    unseen = "; ".join(name_combination(direction, tuple(names)) for direction in directions.T)
-    error.args = (f"{error} (not shown: {unseen})",)
+    error.unseen = tuple(name_combination(direction, tuple(names)) for direction in directions.T)
+    error.args = (f"{error} (not shown: {'; '.join(error.unseen)})",)
     return error

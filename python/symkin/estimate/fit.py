@@ -173,7 +173,7 @@ def _require_deviations(mechanism: Mechanism, calibrated: Mechanism) -> None:
 def _named(error: NotIdentifiableError, mechanism: Mechanism) -> NotIdentifiableError:
     """The error with the combinations of parameters, in tolerances, that nothing shows."""
     names, scales = mechanism.parameter_names, parameter_tolerances(mechanism)
-    own = _columns(mechanism, len(getattr(error, "null_directions", ())))
+    own = _columns(mechanism, len(error.null_directions))
     alone = {leg for leg, _ in own} == {0}
     called = [names[i] if alone else f"{names[i]} of leg {leg + 1}" for leg, i in own]
     scale = [scales[:, i].max() if alone else scales[leg, i] for leg, i in own]

@@ -417,9 +417,8 @@ class Problem:
         except NotIdentifiableError as error:
             scale = np.where(tolerances > 0, tolerances, 1e-3)
             unseen = with_combinations(error, layout.names, scale)
-            if np.size(getattr(error, "null_directions", ())):
-                words = str(unseen)
-                unseen.args = (f"{words}; {what_holds(self.mechanism, words)}",)
+            if unseen.unseen:
+                unseen.args = (f"{unseen}; {what_holds(self.mechanism, unseen.unseen)}",)
             raise unseen from None
 
     def _bend(self, loss: Loss) -> float:
@@ -473,7 +472,7 @@ class Problem:
         try:
             return self, self.fit(start=start), ""
         except NotIdentifiableError as error:
-            if not np.size(getattr(error, "null_directions", ())):
+            if not error.unseen:
                 raise
         if gauge == "prior":
             problem = self.with_layout(self.layout.with_prior("tolerances"))
@@ -493,11 +492,10 @@ class Problem:
         )
 
 
-def what_holds(mechanism: Mechanism, told: str) -> str:
-    """What to ask for where combinations of unknowns are not shown, as an error tells them."""
-    unseen = told.rpartition("not shown")[2].split("; ")
+def what_holds(mechanism: Mechanism, unseen: Sequence[str]) -> str:
+    """What to ask for where combinations of unknowns are not shown, as an error names them."""
     both = all("base." in each and "target." in each for each in unseen)
-    return FRAMES_ALIKE if both and not mechanism.space.turns else PRIORS_HOLD
+    return FRAMES_ALIKE if unseen and both and not mechanism.space.turns else PRIORS_HOLD
 
 
 def _restless(fit: _core.JointFit, again: _core.JointFit) -> int:

@@ -371,11 +371,13 @@ class Survey(Value):
         """Root H of the covariance H H' that rows and priors promise, see `covariance`."""
         values, vectors = self._decomposed([*rows, self.layout.prior_rows[None]])
         if len(values) < len(vectors):
-            told = (
+            unseen = self._named(vectors[len(values) :])
+            error = NotIdentifiableError(
                 f"the plan's poses do not show all of the {len(vectors)} unknowns (not shown, in "
-                f"tolerances: {'; '.join(self._named(vectors[len(values) :]))})"
+                f"tolerances: {'; '.join(unseen)}); {what_holds(self.mechanism, unseen)}"
             )
-            raise NotIdentifiableError(f"{told}; {what_holds(self.mechanism, told)}")
+            error.unseen = unseen
+            raise error
         return np.asarray((vectors / values[:, None] * self.scale).T)
 
     def unseen(self, rows: Sequence[Array]) -> tuple[str, ...]:

@@ -545,7 +545,7 @@ def _selected(
     except NotIdentifiableError as error:  # maybe of a joint whose angle no pose can show
         legs = range(len(demands.mechanism.legs)) if task.leg is None else [task.leg]
         causes = [each for leg in legs for each in undefined_angles(demands.mechanism, leg)]
-        error.args = ("; ".join(filter(None, [str(error), *causes, task.advice(str(error))])),)
+        error.args = ("; ".join(filter(None, [str(error), *causes, task.advice(error.unseen)])),)
         raise
 
 

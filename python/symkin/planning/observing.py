@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from symkin.analysis.observability import RowKind
@@ -56,7 +58,7 @@ class ObservedTask(Task):
             information = information + np.einsum("nri,nrj->ij", rows, rows)
         return information if information.any() else None
 
-    def advice(self, unseen: str) -> str:
+    def advice(self, unseen: Sequence[str]) -> str:
         """What to do where nothing shows combinations of unknowns."""
         return what_holds(self.survey.mechanism, unseen)
 

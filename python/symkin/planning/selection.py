@@ -384,7 +384,7 @@ class Task:
         rows = rows[np.isfinite(rows).all(axis=(1, 2))]  # beyond the nominal reach
         return np.asarray(np.einsum("nri,nrj->ij", rows, rows))
 
-    def advice(self, _unseen: str) -> str:
+    def advice(self, _unseen: Sequence[str]) -> str:
         """What to do where nothing shows combinations of columns; empty if there is nothing."""
         return ""
 
