@@ -148,6 +148,33 @@ def test_estimates_scatter_as_they_say(name: str) -> None:
     assert 0.75 < per_unknown < 1.3
 
 
+@pytest.mark.parametrize(
+    "name",
+    [
+        "quattro.toml",
+        "cables8_pulleys.toml",
+        "2rps_ups.toml",
+        "../2RRR_PRP.toml",
+    ],
+)
+def test_forward_kinematics_of_a_row_depends_on_no_other(name: str) -> None:
+    """Rows are solved side by side: more than fit, and some that no pose has."""
+    robot = symkin.load_mechanism(FOLDER / name)
+    poses = symkin.sample_workspace(robot, 100, seed=1).poses[:19]
+    readings = robot.inverse_kinematics(poses)
+    readings[::6] += np.random.default_rng(1).normal(0, 0.5, readings[::6].shape)
+    start = np.repeat(robot.home[None], len(poses), axis=0)
+    together, reached = robot.forward_kinematics(readings, start)
+    alone = [robot.forward_kinematics(readings[[i]], start[[i]]) for i in range(len(poses))]
+    np.testing.assert_array_equal(together, np.concatenate([each for each, _ in alone]))
+    np.testing.assert_array_equal(reached, np.concatenate([each for _, each in alone]))
+    sound = np.arange(len(poses)) % 6 > 0
+    assert reached[sound].all()
+    np.testing.assert_allclose(
+        robot.inverse_kinematics(together[sound]), readings[sound], atol=1e-9
+    )
+
+
 def test_a_file_is_written_that_reads_back_to_the_same_mechanism(tmp_path: Path) -> None:
     for name in (*SHOWN, "3RRR_encoders"):
         mechanism = symkin.load_mechanism(FOLDER / f"{name}.toml")
