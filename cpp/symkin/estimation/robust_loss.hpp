@@ -58,7 +58,9 @@ std::vector<std::string> loss_names();
 RobustLoss loss_named(std::string_view name, double scale = 0);
 
 // Where the loss keeps 95% efficiency on normal blocks of so many conditions:
-//   efficiency = b^2 / a,  a = E[(w d)^2] / k,  b = E[psi'(d) / k + (1 - 1/k) w],  d ~ chi_k.
+//   efficiency = b^2 / a,  a = E[(w d)^2] / k,  b = E[psi'(d) / k + (1 - 1/k) w],  d ~ chi_k;
+// of more than six, where that leaves hardly any weight, where as many sound blocks are kept as of
+// six, with more than 95%.
 double bend_of(const LossFamily& family, Index conditions);
 
 // A loss on blocks of one number of conditions, with all that its statistics need.

@@ -130,6 +130,20 @@ TEST(RobustLoss, OfAUsersOwnBendsByTheSameRule) {
   EXPECT_NEAR(bend_of(welsch, 1), 2.9846, 1e-3);
 }
 
+TEST(RobustLoss, KeepsLargeBlocksAsOftenAsThoseOfAFullPose) {
+  for (const char* name : {"huber", "cauchy", "tukey"}) {
+    const RobustLoss loss = loss_named(name);
+    const double share = BlockLoss(loss, 6, 1).kept().share;
+    double before = bend_of(*loss.family, 6);
+    for (const Index conditions : {7, 9, 10, 15, 30, 60}) {
+      const BlockLoss::Kept kept = BlockLoss(loss, conditions, 1).kept();
+      EXPECT_NEAR(kept.share, share, 1e-9) << name << ", " << conditions;
+      EXPECT_GT(bend_of(*loss.family, conditions), before) << name << ", " << conditions;
+      before = bend_of(*loss.family, conditions);
+    }
+  }
+}
+
 // Of s the share `begin` of least squares.
 class ScaledLoss final : public ceres::LossFunction {
  public:

@@ -9,6 +9,7 @@ import pytest
 import symkin
 from symkin import _core
 from symkin.estimate.options import Loss
+from symkin.model.settings import Frames
 
 
 @pytest.fixture(scope="module")
@@ -79,3 +80,16 @@ def test_chi_square_says_at_how_many_poses_the_loss_rejected_something(paper, si
     (line,) = (each for each in found.summary().headlines if each[0].startswith("Chi-square"))
     count = "1 pose" if len(rows) == 1 else f"{len(rows)} poses"
     assert line[2].endswith(f"for sound robots; without what was rejected at {count}")
+
+
+@pytest.mark.parametrize("loss", ["huber", "cauchy", "tukey"])
+def test_poses_with_many_points_are_kept_by_a_loss(loss):
+    places = ((0.05, 0.0, 0.0), (0.0, 0.05, 0.0), (0.0, 0.0, 0.05))
+    robot = symkin.load_mechanism("3RPS").replace(frames=Frames(points=places))
+    plan = symkin.plan(robot, 60, design="mechanism", candidates=500, seed=1)
+    taken = symkin.simulate(robot, plan, 3, observe=("pose", "points")).measurements
+    found = symkin.identify(robot, taken, loss=loss, frames=["points"])
+    assert found.trustworthy, found.doubts
+    assert len(found.rejected) < 0.4 * len(taken)
+    plain = symkin.identify(robot, taken, frames=["points"])
+    assert found.degrees_of_freedom > plain.degrees_of_freedom / 2
