@@ -144,3 +144,18 @@ def test_every_public_name_is_offered_for_completion_and_is_there():
 def test_a_plan_of_poses_where_their_number_belongs_is_refused_in_words(paper):
     with pytest.raises(symkin.SymkinError, match="pose_count is a WorkspaceSample; expected"):
         paper.plan(symkin.sample_workspace(paper, 20, seed=1))
+
+
+def test_the_pose_jacobian_is_that_of_the_readings_of_curved_sensors_too(paper):
+    curved = paper.replace(curvature=np.tile([0.02, 0.01, -0.03], (3, 1)))
+    poses = symkin.sample_workspace(paper, 20, seed=1).poses
+    step = 1e-6
+    differences = np.stack(
+        [
+            curved.inverse_kinematics(poses + move) - curved.inverse_kinematics(poses - move)
+            for move in step * np.eye(3)
+        ],
+        axis=2,
+    ) / (2 * step)
+    assert curved.pose_jacobian(poses) == pytest.approx(differences, rel=1e-6, abs=1e-7)
+    assert np.abs(curved.pose_jacobian(poses) / paper.pose_jacobian(poses) - 1).max() > 1e-3

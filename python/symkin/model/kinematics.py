@@ -68,13 +68,19 @@ class Kinematics:
         """Readings whose `straightened` ones these are; NaN where there are none nearby."""
         if self.curvature is None:
             return straight
-        quadratic, cosine, sine = self.curvature.T / self.sensor_gains
         found = straight
         for _ in range(_STEPS):
-            slope = 1 + 2 * quadratic * found - cosine * np.sin(found) + sine * np.cos(found)
-            found = found - (self.straightened(found) - straight) / slope
+            found = found - (self.straightened(found) - straight) / self._straightening(found)
         missed = np.abs(self.straightened(found) - straight) > _MISSED * (1 + np.abs(straight))
         return np.where(missed, np.nan, found)
+
+    def _straightening(self, readings: Array) -> Array:
+        """How fast the `straightened` readings grow with the sensors' own."""
+        if self.curvature is None:
+            return np.ones_like(readings)
+        quadratic, cosine, sine = self.curvature.T / self.sensor_gains
+        bend = 2 * quadratic * readings - cosine * np.sin(readings) + sine * np.cos(readings)
+        return np.asarray(1 + bend)
 
     @property
     def home(self) -> Array:
@@ -225,8 +231,11 @@ class Kinematics:
             In sensor units per m and rad.
         """
         rows = self._poses(poses)
-        jacobian, dof = _core.pose_jacobian(self.core, rows), self.core.dof
-        return jacobian.reshape(len(rows), jacobian.shape[1] // dof, dof)
+        flat, dof = _core.pose_jacobian(self.straight, rows), self.straight.dof
+        jacobian = flat.reshape(len(rows), flat.shape[1] // dof, dof)
+        if self.curvature is not None:
+            jacobian = jacobian / self._straightening(self.inverse_kinematics(rows))[..., None]
+        return np.asarray(jacobian)
 
     def singularity_measures(
         self, poses: ArrayLike, characteristic_length: float | None = None

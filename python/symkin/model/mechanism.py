@@ -284,7 +284,7 @@ class Mechanism(Kinematics):
         if self.curvature is not None:
             raise MechanismError(
                 f'the sensors of "{self.name}" are not straight lines; expected straight ones: '
-                "curved ones are for kinematics and for errors at measured poses alone"
+                "curved ones are for kinematics, estimates, and errors at measured poses"
             )
         return self.straight
 

@@ -104,6 +104,20 @@ def test_the_uncertainty_has_the_noise_of_readings(robot, poses):
     assert found.observed == pytest.approx(np.sqrt(2) * found.uncertainty, rel=0.3)
 
 
+def test_a_robot_with_curved_sensors_is_judged(robot, poses):
+    straight = robot.replace(noise=NoiseSettings(1e-5, 1e-5, 1e-4))
+    curved = straight.replace(curvature=np.tile([0.02, 0.01, 0.0], (3, 1)))
+    errors = 1e-4 * np.random.default_rng(3).normal(size=(len(poses), 3))
+    tables = (measured(each, poses) for each in (curved, straight))
+    found, usual = (
+        accept(each, dataclasses.replace(table, readings=table.readings + errors), 1e-2)
+        for each, table in zip((curved, straight), tables, strict=True)
+    )
+    assert found.verdict == "pass"
+    uncertainties = [each.judged[0].limits.uncertainty for each in (found, usual)]
+    assert uncertainties[0] == pytest.approx(uncertainties[1], rel=0.1)
+
+
 def test_the_uncertainty_is_that_of_each_row_and_direction(robot, poses):
     table = measured(robot, poses)
     growing = robot.replace(noise=NoiseSettings(1e-5, 1e-5, 0.0, per_metre=1e-4))
