@@ -26,6 +26,7 @@ WAYS: dict[str, dict[str, Any]] = {
     "positions": {},
     "fixed": {"fixed": ["sensor_gain"]},
     "shared": {"shared": ["sensor_gain"]},
+    "robust": {"loss": "huber", "prior": "tolerances"},
 }
 _RANDOM = 60  # poses
 _SPARES = 12  # for those beyond the reach of a robot

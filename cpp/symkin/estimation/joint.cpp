@@ -166,8 +166,10 @@ RowShares shares_of(const LinearPose& pose, const RowMatrix& covariance) {
   return {e * pose.conditions, e.rowwise().squaredNorm(), explained_by(pose, covariance)};
 }
 
-// Statistics of the rows of one pose, or of a piece of a block.
-void add_rows(const LinearPose& pose, const RowShares& shares, std::vector<RowFit>& rows) {
+// Statistics of the rows of one pose, or of a piece of a block. With a loss the estimates vary by
+// more than those of least squares, which moves rows by this variance; else empty.
+void add_rows(const LinearPose& pose, const RowShares& shares, const Vector& by_loss,
+              std::vector<RowFit>& rows) {
   constexpr double kSilent = 1e-9;  // of the row's own variance
   for (Index k = 0; k < pose.variances.size(); ++k) {
     const RowOrigin& origin = pose.origins[static_cast<std::size_t>(k)];
@@ -185,7 +187,8 @@ void add_rows(const LinearPose& pose, const RowShares& shares, std::vector<RowFi
                origin.index, -pose.variances[k] * multiplier / unit,
                kMissing,     kMissing};
     if (variance > kSilent * all) {
-      row.t = -multiplier / std::sqrt(variance) * (unit < 0 ? -1 : 1);
+      const double moved = by_loss.size() > 0 ? std::max(by_loss[k], 0.0) : 0;
+      row.t = -multiplier / std::sqrt(variance + moved) * (unit < 0 ? -1 : 1);
       row.blunder = -multiplier / variance / unit;
     }
     rows.push_back(row);
@@ -251,18 +254,25 @@ void describe(const LatentProblem& problem, const LinearFit& all, const Layout& 
   fit.chi_square_data = fit.chi_squares.sum();
   fit.chi_square_prior = problem.prior_squares();
   determine(problem, all, layout, tolerances, scale, losses, fit);
+  RowMatrix by_loss;  // covariance
+  if (losses.any()) {
+    by_loss = fit.covariance - fit.model_covariance;
+  }
   for (Index pose = 0; rows && pose < fit.poses.rows(); ++pose) {
     if (problem.aside()[static_cast<std::size_t>(pose)]) {
       continue;
     }
     if (const LinearBlock* block = problem.block(pose)) {
       const std::vector<RowShares> shares = block->shares(fit.model_covariance);
+      const std::vector<RowShares> moved =
+          losses.any() ? block->shares(by_loss) : std::vector<RowShares>(shares.size());
       for (std::size_t k = 0; k < shares.size(); ++k) {
-        add_rows(block->pieces()[k].rows, shares[k], fit.rows);
+        add_rows(block->pieces()[k].rows, shares[k], moved[k].explained, fit.rows);
       }
     } else if (problem.alone(pose)) {
       const LinearPose linear = problem.as_eliminated(pose);
-      add_rows(linear, shares_of(linear, fit.model_covariance), fit.rows);
+      const Vector moved = losses.any() ? explained_by(linear, by_loss) : Vector();
+      add_rows(linear, shares_of(linear, fit.model_covariance), moved, fit.rows);
     }
   }
 }

@@ -220,11 +220,12 @@ def _limits_of(
 
     The instrument's uncertainty is what is `stated`, or else the rows' own.
     """
+    measured = tested.errors_of(kind)
     errors, own = tested.part(kind), tested.uncertainty(kind)
     if stated is not None:
         own = np.where(np.isnan(own), np.nan, stated)
     _require_uncertainty(kind, own)
-    known = tested.errors_of(kind), own[np.isfinite(own).all(axis=1)]
+    known = measured, own[np.isfinite(own).all(axis=1)]
     over_all = limits_of_rms(*known, limit, fitted=fitted)
     means = [_mean_of(errors[rows], own[rows]) for rows in visits]
     return over_all, means, [each and limits_of_rms(*each, limit) for each in means]

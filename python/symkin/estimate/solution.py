@@ -126,8 +126,11 @@ class _Known(NamedTuple):
             noise = fit.goodness.chi_square / fit.goodness.degrees_of_freedom
         told = held = None
         if fit.converged and not fit.gauge_directions:
-            held = conflict_of(fit.change, model, layout.prior, layout.relations)
-            known = model * noise if held is None else model
+            # What priors leave of the way from the drawing a loss hardly changes, whatever it says
+            # of how well that is known.
+            declared = fit.model_covariance
+            held = conflict_of(fit.change, declared, layout.prior, layout.relations)
+            known = declared * noise if held is None else declared
             told = conflict_of(
                 *after_priors(fit.change, known, layout.prior, layout.column_tolerances),
                 layout.relations,

@@ -93,3 +93,13 @@ def test_poses_with_many_points_are_kept_by_a_loss(loss):
     assert len(found.rejected) < 0.4 * len(taken)
     plain = symkin.identify(robot, taken, frames=["points"])
     assert found.degrees_of_freedom > plain.degrees_of_freedom / 2
+
+
+def test_rows_that_a_loss_leaves_where_they_nearly_say_nothing_are_not_unlike():
+    robot = symkin.load_mechanism("hexa").replace(frames=Frames(plane=(0.01, 0.0, 0.0)))
+    plan = symkin.plan(robot, 60, design="mechanism", candidates=500, seed=1)
+    unknown = {"prior": "tolerances", "frames": ["plane"]}
+    for seed in range(5000, 5006):
+        taken = symkin.simulate(robot, plan, seed, observe=("height", "separation")).measurements
+        found = symkin.identify(robot, taken, loss="huber", **unknown)
+        assert not found.doubts, seed
