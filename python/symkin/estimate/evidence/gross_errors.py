@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
@@ -25,7 +26,7 @@ from symkin.estimate.solution import together
 # Chi-square per degree of freedom from which gross errors are looked for by a robust loss.
 _CHI_SQUARE = 9.0
 _PLAIN = 100.0  # the same of single observations, of which more could be left out of a larger noise
-_MOST = 0.25  # of the poses: more than that are no errors of single poses
+_MOST = 0.25  # of the poses, or of one sensor's readings: more are no errors of single ones
 _MOST_ROWS = 0.5  # that have one: of more of them something else is wrong
 _STEPS = 20  # of a fit, several times as many with a loss: where it does not end there are others
 
@@ -90,11 +91,13 @@ def _of_readings(found: Found) -> Doubt | None:
     rows = np.unique([row for row, _ in robust.rejected])
     if len(rows) > _MOST_ROWS * len(found.measurements.poses):
         return None
-    alike = {what for _, what in robust.rejected}
+    alike = Counter(what for _, what in robust.rejected)
+    if max(alike.values()) > _MOST * len(found.measurements.poses):  # of one sensor, say
+        return None
     # With one condition any observation of a pose may be it.
     told = spare_conditions(found.nominal, found.measurements)[rows]
     single = len(alike) == 1 and (told > 1).all()
-    what = f", each in the {alike.pop()}" if single else ""
+    what = f", each in the {next(iter(alike))}" if single else ""
     return _told(found, rows, robust.chi_square_ratio, what, {"loss_per": "reading"})
 
 
