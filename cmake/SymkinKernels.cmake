@@ -69,8 +69,12 @@ function(symkin_add_kernels library)
     target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR}/cpp)
     target_link_libraries(${name} PRIVATE ${arg_LIBRARIES})
     target_sources(${library} PRIVATE $<TARGET_OBJECTS:${name}>)
-    if(SYMKIN_PROCESSOR AND kind STREQUAL everywhere)
-      target_compile_definitions(${name} PRIVATE SYMKIN_PROCESSOR=${SYMKIN_PROCESSOR})
+    if(kind STREQUAL everywhere)
+      # These pass arrays to the rest of the library, which frees them: Eigen has to allocate alike.
+      target_compile_definitions(
+        ${name} PRIVATE $<TARGET_PROPERTY:symkin_support,INTERFACE_COMPILE_DEFINITIONS>
+                        $<$<BOOL:${SYMKIN_PROCESSOR}>:SYMKIN_PROCESSOR=${SYMKIN_PROCESSOR}>
+      )
     endif()
     if(NOT kind STREQUAL everywhere)
       # Optimised in any case: what is not inlined could be shared.
