@@ -75,9 +75,8 @@ class Kinematics:
         return np.where(missed, np.nan, found)
 
     def _straightening(self, readings: Array) -> Array:
-        """How fast the `straightened` readings grow with the sensors' own."""
-        if self.curvature is None:
-            return np.ones_like(readings)
+        """How fast the `straightened` readings grow with those of curved sensors."""
+        assert self.curvature is not None
         quadratic, cosine, sine = self.curvature.T / self.sensor_gains
         bend = 2 * quadratic * readings - cosine * np.sin(readings) + sine * np.cos(readings)
         return np.asarray(1 + bend)

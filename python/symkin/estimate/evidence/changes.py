@@ -463,16 +463,11 @@ def rows_of_changes(found: Found, apart: tuple[int, ...]) -> Rows | None:
         return None
     priors = found.prior_rows
     own = jacobian[..., :free]
-    # An estimate with priors is where all gradients cancel; one of each leg alone need not be, and
-    # with a loss those of what it weighs less do not.
-    gradient = -removed
-    if not len(priors) or found.options.loss != "none":
-        gradient = _gradient(own, residual)
-    if len(priors) and found.options.loss != "none":
-        changes = np.array([each.change for each in found.first_unknowns])
-        by_drawing = priors @ np.nan_to_num(changes)
-        gradient += priors.T @ by_drawing
-        by_priors = float(by_drawing @ by_drawing)
+    if len(priors) and found.options.loss == "none":  # where all gradients cancel
+        gradient = -removed
+    else:
+        asked = priors @ np.nan_to_num(np.array([each.change for each in found.first_unknowns]))
+        gradient, by_priors = _gradient(own, residual) + priors.T @ asked, float(asked @ asked)
     stacked = np.concatenate([own.reshape(-1, free), priors])
     lengths = np.linalg.norm(stacked, axis=0)
     lengths[lengths == 0] = 1
@@ -506,7 +501,7 @@ def rows_of_changes(found: Found, apart: tuple[int, ...]) -> Rows | None:
         order=order,
         spare=spare,
         used=used,
-        by_priors=max(by_priors, 0.0) if len(priors) else 0.0,
+        by_priors=max(by_priors, 0.0),
     )
 
 
