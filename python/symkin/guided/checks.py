@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from symkin import _core
 from symkin.estimate.conflict import LIMIT
 from symkin.estimate.estimate import Estimate
-from symkin.estimate.evidence.changes import SILENT, change_tests, rows_of_changes, terms_of_changes
+from symkin.estimate.evidence.changes import SILENT, change_tests, terms_of_changes
+from symkin.estimate.evidence.linear_rows import linear_rows
 from symkin.estimate.evidence.residuals import ALARMS
 from symkin.estimate.evidence.unseen import POWER
 from symkin.model.mechanism import Mechanism
@@ -228,7 +229,7 @@ def suspected(estimate: Estimate[Any], share: float) -> tuple[int, list[int]] | 
     test = min(steps, key=lambda each: each.p_value, default=None)
     if test is None or test.p_value * len(steps) > share:
         return None
-    rows = rows_of_changes(estimate, ())
+    rows = linear_rows(estimate, ())
     assert rows is not None  # since there are tests
     column = [*terms_of_changes(estimate, rows)][tests.index(test)].column
     best = np.argsort(-rows.shown_by_repeating(column), kind="stable")
@@ -255,7 +256,7 @@ class HiddenSlip(Value):
 
 def hidden_slip(estimate: Estimate[Any], forms: tuple[Array, Array]) -> HiddenSlip | None:
     """What may have slipped unseen, by the errors' forms; None where nothing can be said."""
-    rows = rows_of_changes(estimate, ())
+    rows = linear_rows(estimate, ())
     terms = [] if rows is None else [*terms_of_changes(estimate, rows)]
     steps = [each for each in terms if each.what == "step"]
     found: list[HiddenSlip] = []

@@ -7,13 +7,8 @@ import numpy as np
 import pytest
 
 import symkin
-from symkin.estimate.evidence.changes import (
-    Rows,
-    largest_of_steps,
-    rows_of_changes,
-    step_scores,
-    terms_of_changes,
-)
+from symkin.estimate.evidence.changes import largest_of_steps, step_scores, terms_of_changes
+from symkin.estimate.evidence.linear_rows import LinearRows, linear_rows
 from symkin.estimate.evidence.residuals import ALARMS
 from symkin.estimate.evidence.unseen import POWER
 from symkin.guided import SimulatedDevice
@@ -53,8 +48,8 @@ def test_the_row_that_would_show_most_of_a_step_is_found_without_measuring_it():
         return np.square(values - flat @ np.linalg.lstsq(flat, values)[0]).sum()
 
     basis = np.linalg.qr(jacobian.reshape(-1, 6))[0].reshape(20, 2, 6)
-    fields = {each.name: np.zeros((20, 2)) for each in dataclasses.fields(Rows)}
-    rows = Rows(**fields | {"basis": basis, "components": (), "spare": 34})
+    fields = {each.name: np.zeros((20, 2)) for each in dataclasses.fields(LinearRows)}
+    rows = LinearRows(**fields | {"basis": basis, "components": (), "spare": 34})
     again = [
         left(np.concatenate([jacobian, jacobian[[i]]]), np.concatenate([column, np.zeros((1, 2))]))
         for i in range(20)
@@ -115,7 +110,7 @@ def test_the_slip_that_is_told_as_hidden_is_noticed_in_as_many_sessions(delta):
     assert hidden.position > ACCURACY
     told = " ".join(end_text(session, progress).replace("\u00a0", " ").split())
     assert f"by {1e3 * hidden.size:.3f} mm, is noticed in 90 % of such sessions" in told
-    rows = rows_of_changes(estimate, ())
+    rows = linear_rows(estimate, ())
     steps = [each for each in terms_of_changes(estimate, rows) if each.what == "step"]
     random = np.random.default_rng(1)
     n = len(rows.residual)

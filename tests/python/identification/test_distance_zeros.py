@@ -6,7 +6,7 @@ import pytest
 
 import symkin
 from symkin.errors import MechanismFileError
-from symkin.estimate.evidence.changes import rows_of_changes
+from symkin.estimate.evidence.linear_rows import linear_rows
 from symkin.model.settings import Frames
 
 ANCHORS = ((2.0, 1.0), (-1.5, 0.5))
@@ -43,7 +43,7 @@ def test_a_zero_is_found_and_the_estimate_is_trusted(found):
 
 
 def test_evidence_looks_at_the_residuals_of_the_estimate(found):
-    assert rows_of_changes(found, ()).square == pytest.approx(found.chi_square, rel=1e-6)
+    assert linear_rows(found, ()).square == pytest.approx(found.chi_square, rel=1e-6)
 
 
 def test_the_calibrated_robot_keeps_its_zeros_in_its_file(found, tmp_path):

@@ -9,44 +9,36 @@ explain is taken out. All terms together alarm for one of 1000 sound robots, hal
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import SymkinError
-from symkin.estimate.changes import slopes_found
 from symkin.estimate.covariates import (
     Covariate,
     clock,
     last_moves,
     late_clock,
-    observations_of,
 )
 from symkin.estimate.evidence.findings import Doubt
+from symkin.estimate.evidence.linear_rows import LinearRows, as_estimated, linear_rows
 from symkin.estimate.evidence.residuals import ALARMS, BETTER
 from symkin.estimate.fit import FALSE_ALARMS
 from symkin.estimate.found import Found
-from symkin.estimate.kept import once
-from symkin.estimate.problem import own_readings
 from symkin.estimate.scalars import slope_units
-from symkin.model.core_setup import core_setup, scalar_names
-from symkin.model.framing import framed, unframed
+from symkin.model.framing import framed
 from symkin.model.poses import Transform, between, frame, transforms
 from symkin.model.settings import Frames
 from symkin.values import Array, Value, field, record
 
 _TRIM = 2  # rows before the first and after the last step that is looked for
-_RANK = 1e-9  # of the largest singular value
-_ALIKE = 1e-10  # of the largest eigenvalue of columns of unit length
 SILENT = 1e-6  # of a column: the unknowns explain all of it
 _SMALL_LAG = 0.5  # of the last move
 _CLEAR_MOVES = 10.0  # mean square, in noise, for each row
 _MOST = 0.9  # of what noise does not explain
-_PER_LEG, _GROWS = "one", "all"  # names of covariates that are 1 in every row
 _TURNS = "turn"  # what lags, but for positions
 _AXES = {"x": 0, "y": 1, "z": 2, "rx": 3, "ry": 4, "rz": 5, "phi": 5}  # of a tangent
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
@@ -125,83 +117,10 @@ class Term:
         return self.what, self.leg < 0
 
 
-class Explained(NamedTuple):
-    """What columns explain of residuals, together: sizes and their covariance, of chi-square."""
-
-    sizes: Array
-    covariance: Array
-    drop: float
-
-
-@record
-class Rows:
-    """Whitened rows of poses in the order of time, and what is left of them."""
-
-    residual: Array  # n x r, less what the unknowns explain
-    basis: Array  # n x r x k, orthonormal, of what they explain
-    by_basis: Array  # k x unknowns: how these move with it
-    by_leg: Array  # n x r x legs: of readings that show 1 more
-    by_growth: Array  # n x r
-    by_base: Array  # n x r x components
-    by_point: Array  # n x r x points x axes: of places on the platform
-    components: tuple[str, ...]
-    order: NDArray[np.intp]  # the rows of the measurements
-    spare: int
-    used: NDArray[np.bool_]  # n x r: which are conditions
-    by_priors: float = 0.0  # of chi-square: what they ask for
-
-    @property
-    def square(self) -> float:
-        """Chi-square, as a sum of squares."""
-        return float(np.square(self.residual).sum()) + self.by_priors
-
-    def left(self, column: Array) -> Array:
-        """What the unknowns leave of a column, n x r."""
-        explained = np.einsum("nrk,nr->k", self.basis, column)
-        return np.asarray(column - self.basis @ explained)
-
-    def length(self, column: Array) -> float:
-        """Of what the unknowns leave of a column: by how many deviations a unit of it shows.
-
-        Unknowns with priors explain it at a cost, so that more is left than `left` is long.
-        """
-        return math.sqrt(max(float(np.sum(column * self.left(column))), 0.0))
-
-    def score(self, column: Array) -> float:
-        """How many standard deviations of noise as declared there are of a column alone."""
-        return -float(np.sum(column * self.residual)) / self.length(column)
-
-    def explained(self, columns: Sequence[Array]) -> Explained:
-        """By columns together, which may be of very different lengths, or alike."""
-        stacked = np.stack(columns)
-        shared = np.einsum("anr,bnr->ab", stacked, np.stack([self.left(each) for each in stacked]))
-        unit = 1 / np.sqrt(np.diag(shared))
-        both = unit[:, None] * unit
-        inverse = np.linalg.pinv(shared * both, rcond=_ALIKE, hermitian=True) * both
-        along = -np.einsum("anr,nr->a", stacked, self.residual)
-        sizes = inverse @ along
-        return Explained(sizes, inverse, float(along @ sizes))
-
-    def shown_by_repeating(self, column: Array) -> Array:
-        """How much longer each row would make what is `left` (squared), measured again without it.
-
-        Shape (n,): by what the unknowns explain of the column there, and how well they are known.
-        """
-        there = column - self.left(column)
-        known = np.eye(there.shape[1]) + self.basis @ self.basis.swapaxes(1, 2)
-        return np.asarray(
-            np.einsum("nr,nr->n", there, np.linalg.solve(known, there[..., None])[..., 0])
-        )
-
-    def moved(self, column: Array) -> Array:
-        """By how much the unknowns are off if so much of a column, n x r, was taken for noise."""
-        return np.asarray(-np.einsum("nrk,nr->k", self.basis, column) @ self.by_basis)
-
-
 def change_tests(found: Found, apart: Sequence[int] = ()) -> tuple[ChangeTest, ...]:
     """Test an estimate, without the poses that are outliers; empty where nothing is to spare."""
     try:
-        rows = rows_of_changes(found, tuple(apart))
+        rows = linear_rows(found, tuple(apart))
     except SymkinError:
         return ()
     if rows is None or rows.spare < 1:
@@ -260,13 +179,13 @@ def is_noise(square: float, degrees: int) -> bool:
     return usual(square, degrees) and not too_good
 
 
-def _drop(rows: Rows, terms: Sequence[Term], kind: tuple[str, bool]) -> tuple[float, int]:
+def _drop(rows: LinearRows, terms: Sequence[Term], kind: tuple[str, bool]) -> tuple[float, int]:
     """How much of chi-square all terms of a kind explain together, and how many they are."""
     own = [each.column for each in terms if each.kind == kind]
     return rows.explained(own).drop, len(own)
 
 
-def terms_of_changes(found: Found, rows: Rows) -> Iterator[Term]:
+def terms_of_changes(found: Found, rows: LinearRows) -> Iterator[Term]:
     """All that is tested for."""
     measured = found.measurements
     time = clock(measured)[rows.order]
@@ -288,18 +207,17 @@ def terms_of_changes(found: Found, rows: Rows) -> Iterator[Term]:
         yield from _term(rows, "lag", of, -1, behind)
 
 
-def _lags(found: Found, rows: Rows) -> Iterator[tuple[str, Array]]:
+def _lags(found: Found, rows: LinearRows) -> Iterator[tuple[str, Array]]:
     """Of positions, and of orientations, that stay behind by a share of the last move, n x r.
 
     As if the base had stood so much further back, turned about where the platform is. What is seen
     of a move has a row's noise, as its residual has, which passes for a lag where moves are small:
     those of a platform whose turns its legs bind are no matter.
     """
-    measured, robot = found.measurements, found.mechanism
+    measured = found.measurements
     if not (np.isfinite(measured.poses).any() or measured.points is not None):
         return
-    places = unframed(robot, measured.poses) if found.legs else found.latent_poses
-    robot = robot.replace(frames=None) if found.legs else robot
+    robot, places = as_estimated(found)
     frames = robot.frames or Frames()
     seen = transforms(robot.pose_space, framed(robot, places)[rows.order])
     before, after = (Transform(*(e[some] for e in seen)) for some in (slice(-1), slice(1, None)))
@@ -316,7 +234,7 @@ def _lags(found: Found, rows: Rows) -> Iterator[tuple[str, Array]]:
             yield of, column
 
 
-def _along(rows: Rows, late: Covariate) -> Array:
+def _along(rows: LinearRows, late: Covariate) -> Array:
     """Of a slope of readings, or of the base along the axis that it is named after, n x r."""
     values = late.values[rows.order]
     if late.of == "reading":
@@ -330,7 +248,7 @@ def _two_sided(u: float) -> float:
 
 
 def _term(
-    rows: Rows,
+    rows: LinearRows,
     what: str,
     of: str,
     leg: int,
@@ -344,7 +262,9 @@ def _term(
         yield Term(what, of, leg, row, column, length, p_of)
 
 
-def _step(numbers: NDArray[np.intp], rows: Rows, of: str, leg: int, one: Array) -> Iterator[Term]:
+def _step(
+    numbers: NDArray[np.intp], rows: LinearRows, of: str, leg: int, one: Array
+) -> Iterator[Term]:
     """The step that shows most of all rows, between the first and the last few."""
     steps, scores, alike = step_scores(one, rows.basis, rows.residual)
     if not len(steps):
@@ -392,121 +312,6 @@ def largest_of_steps(largest: float, alike: Array) -> float:
     values = np.exp(-(largest**2) * (1 + nodes**2) / 2) / (1 + nodes**2)
     crossings = slopes / 2 * (values @ _WEIGHTS) / (2 * np.pi)
     return float(min(_two_sided(largest) + 4 * crossings.sum(), 1.0))
-
-
-@once
-def rows_of_changes(found: Found, apart: tuple[int, ...]) -> Rows | None:
-    """Rows of the poses that were estimated from, linearised at the estimate."""
-    robot, measured = found.mechanism, found.measurements
-    places = unframed(robot, measured.poses) if found.legs else found.latent_poses
-    curvature = robot.curvature
-    if found.legs:
-        robot = robot.replace(frames=None)
-    if found.options.poses == "own":
-        measured = own_readings(robot, measured)
-    robot, legs = robot.replace(curvature=None), len(robot.legs)
-    estimated = found.options.covariates(robot, measured)
-    ones = np.ones((len(measured), legs))
-    added = (
-        Covariate(_PER_LEG, "reading", ones),
-        *((Covariate(_GROWS, "lengths", ones),) if robot.space.moves else ()),
-        Covariate(_PER_LEG, "base", ones[:, 0]),
-    )
-    covariates = (*estimated, *added)
-    setup = core_setup(robot, curvature, slopes_found(found, covariates))
-    names = scalar_names(robot, setup)
-    values = {each.name: each for each in found.unknowns}
-    column = [values[each].column if each in values else -1 for each in names]
-    free = len(found.names)
-    wanted = [i for i, each in enumerate(names) if {*each.split(".")} & {_PER_LEG, _GROWS}]
-    count = free
-    for i in wanted:
-        if not names[i].endswith(_GROWS):
-            column[i], count = count, count + 1
-    for i in wanted:
-        if names[i].endswith(_GROWS):
-            column[i] = count
-    count += any(names[i].endswith(_GROWS) for i in wanted)
-    placed = [i for i, each in enumerate(names) if each.startswith("point")]
-    if any(column[i] < 0 and names[i] in values and values[names[i]].moves for i in placed):
-        placed = []
-    for i in placed:
-        if column[i] < 0:
-            column[i], count = count, count + 1
-    seen = observations_of(measured, found.noise, covariates)
-    ties = [
-        (i, *each)
-        for i, name in enumerate(names)
-        if column[i] < 0 and name in values
-        for each in values[name].moves
-    ]
-    rows = _core.observed_rows(
-        robot.core,
-        setup,
-        seen,
-        column,
-        np.full(count, np.inf),
-        np.ascontiguousarray(places),
-        ties=ties,
-    )
-    n = len(measured)
-    jacobian, residual = rows.jacobian.reshape(n, -1, count), rows.residual.reshape(n, -1)
-    aside = {*apart, *found.aside, *(row for row, _ in found.rejected)}
-    finite = np.isfinite(jacobian).all(axis=(1, 2))
-    without = np.isin(np.arange(n), [*aside])
-    order = np.argsort(clock(measured), kind="stable")
-    order = order[(finite & ~without)[order]]
-    removed = _gradient(jacobian[finite & without, :, :free], residual[finite & without])
-    by_priors = found.chi_square - float(np.square(residual[finite]).sum())
-    jacobian, residual = jacobian[order], residual[order]
-    if not residual.size:
-        return None
-    priors = found.prior_rows
-    own = jacobian[..., :free]
-    if len(priors) and found.options.loss == "none":  # where all gradients cancel
-        gradient = -removed
-    else:
-        asked = priors @ np.nan_to_num(np.array([each.change for each in found.first_unknowns]))
-        gradient, by_priors = _gradient(own, residual) + priors.T @ asked, float(asked @ asked)
-    stacked = np.concatenate([own.reshape(-1, free), priors])
-    lengths = np.linalg.norm(stacked, axis=0)
-    lengths[lengths == 0] = 1
-    tall, upper = np.linalg.qr(stacked / lengths)
-    left, singular, right = np.linalg.svd(upper, full_matrices=False)
-    shown = singular > _RANK * singular[0]
-    basis = (tall @ left[:, shown])[: residual.size].reshape(*residual.shape, -1)
-    half = (right[shown] / lengths) / singular[shown, None]
-    residual = residual - own @ (half.T @ (half @ gradient))
-    used = np.abs(jacobian).max(axis=2) > 0
-    places_of_base = [i for i in wanted if names[i].startswith(f"{_PER_LEG}.")]
-    by = jacobian[..., free:]
-    bases = by[..., legs : legs + len(places_of_base)]
-    at_growth = legs + len(places_of_base)
-    growth = by[..., at_growth] if robot.space.moves else np.zeros_like(residual)
-    points = len({names[i].partition(".")[0] for i in placed})
-    spare = int(used.sum()) + int(np.linalg.matrix_rank(priors)) - int(shown.sum())
-    components = tuple(names[i].partition(".")[2] for i in places_of_base)
-    by_leg = by[..., :legs]
-    return Rows(
-        residual=residual,
-        basis=basis,
-        by_basis=half,
-        by_leg=by_leg,
-        by_growth=growth,
-        by_base=bases,
-        by_point=jacobian[..., [column[i] for i in placed]].reshape(
-            *residual.shape, points, len(placed) // max(points, 1)
-        ),
-        components=components,
-        order=order,
-        spare=spare,
-        used=used,
-        by_priors=max(by_priors, 0.0),
-    )
-
-
-def _gradient(rows: Array, residual: Array) -> Array:
-    return np.asarray(np.einsum("nrk,nr->k", rows, residual))
 
 
 def _names(found: Found, terms: Sequence[Term]) -> tuple[list[str], tuple[str, ...]]:

@@ -17,8 +17,9 @@ import numpy as np
 
 from symkin import _core
 from symkin.errors import SymkinError
-from symkin.estimate.evidence.changes import Rows, is_noise, rows_of_changes
+from symkin.estimate.evidence.changes import is_noise
 from symkin.estimate.evidence.findings import Doubt
+from symkin.estimate.evidence.linear_rows import LinearRows, linear_rows
 from symkin.estimate.evidence.sag import SAG_ALARMS, places_of
 from symkin.estimate.found import Found
 from symkin.values import Array
@@ -37,7 +38,7 @@ def distortion_that_explains(found: Found) -> Doubt | None:
     if not found.converged:
         return None
     try:
-        rows = rows_of_changes(found, ())
+        rows = linear_rows(found, ())
     except SymkinError:
         return None
     if rows is None or rows.spare < 1:
@@ -66,7 +67,7 @@ def distortion_that_explains(found: Found) -> Doubt | None:
     return Doubt("device-distorted", p=p_value, figures=figures)
 
 
-def columns_of_distortion(found: Found, rows: Rows) -> tuple[dict[str, Array], float]:
+def columns_of_distortion(found: Found, rows: LinearRows) -> tuple[dict[str, Array], float]:
     """What a metre at the outermost pose does to the rows, and how far from the middle that is.
 
     Where unknowns do not explain it all.
@@ -83,13 +84,13 @@ def columns_of_distortion(found: Found, rows: Rows) -> tuple[dict[str, Array], f
     return {name: each for name, each in columns.items() if _is_seen(rows, each)}, reach
 
 
-def with_frames(rows: Rows, columns: Mapping[str, Array]) -> list[Array]:
+def with_frames(rows: LinearRows, columns: Mapping[str, Array]) -> list[Array]:
     """And those of a frame: where a distortion has no effect nobody knows."""
     frames = (rows.by_base[..., i] for i in range(len(rows.components)))
     return [*columns.values(), *(each for each in frames if _is_seen(rows, each))]
 
 
-def seen_from(rows: Rows, columns: Mapping[str, Array], power: float) -> dict[str, float]:
+def seen_from(rows: LinearRows, columns: Mapping[str, Array], power: float) -> dict[str, float]:
     """Of each distortion the size that is named in so many of the robots that have it alone."""
     stacked = with_frames(rows, columns)
     count, spare = len(stacked), rows.spare - len(stacked)
@@ -133,7 +134,7 @@ def _fields(places: Array, reach: float, axes: Sequence[str]) -> Iterator[tuple[
     yield "scale", places / reach
 
 
-def _column(rows: Rows, axes: Sequence[str], displaced: Array) -> Array:
+def _column(rows: LinearRows, axes: Sequence[str], displaced: Array) -> Array:
     """What displacements do to the rows; nothing if a coordinate of them was not measured."""
     column = np.zeros_like(rows.residual)
     for name, moved in zip(axes, displaced.T, strict=True):
@@ -146,7 +147,7 @@ def _column(rows: Rows, axes: Sequence[str], displaced: Array) -> Array:
     return column
 
 
-def _is_seen(rows: Rows, column: Array, least: float = _SEEN) -> bool:
+def _is_seen(rows: LinearRows, column: Array, least: float = _SEEN) -> bool:
     """Whether the unknowns leave something of it."""
     return rows.length(column) > least * float(np.linalg.norm(column)) > 0
 

@@ -10,8 +10,9 @@ import numpy as np
 
 from symkin import _core
 from symkin.errors import SymkinError
-from symkin.estimate.evidence.changes import Rows, is_noise, rows_of_changes
+from symkin.estimate.evidence.changes import is_noise
 from symkin.estimate.evidence.findings import Doubt
+from symkin.estimate.evidence.linear_rows import LinearRows, linear_rows
 from symkin.estimate.evidence.residuals import ALARMS
 from symkin.estimate.evidence.sag import columns_of_sag
 from symkin.estimate.found import Found
@@ -29,7 +30,7 @@ def of_another_robot(found: Found, fitted: Callable[..., Found | None]) -> Doubt
     or a sag.
     """
     try:
-        rows = rows_of_changes(found, ())
+        rows = linear_rows(found, ())
     except SymkinError:
         return None
     if rows is None or rows.spare < 1 or found.noise_is_estimated or found.options.loss != "none":
@@ -57,7 +58,7 @@ def of_another_robot(found: Found, fitted: Callable[..., Found | None]) -> Doubt
     return doubt.as_cause((), found.chi_square_ratio, square / degrees, whole=True)
 
 
-def _begin(rows: Rows) -> int | None:
+def _begin(rows: LinearRows) -> int | None:
     """Where a second part begins whose own unknowns explain most, by one step from the estimate."""
     count = len(rows.residual)
     stride = max(1, count // _ROWS)
@@ -77,7 +78,7 @@ def _begin(rows: Rows) -> int | None:
     return begin
 
 
-def _has_stepped(rows: Rows, begin: int) -> bool:
+def _has_stepped(rows: LinearRows, begin: int) -> bool:
     """Whether steps of the sensors and of the base there leave noise."""
     later = (np.arange(len(rows.residual)) >= begin)[:, None]
     legs = [later * rows.by_leg[..., leg] for leg in range(rows.by_leg.shape[2])]
@@ -85,7 +86,7 @@ def _has_stepped(rows: Rows, begin: int) -> bool:
     return _leave_noise(rows, (*legs, *base))
 
 
-def _leave_noise(rows: Rows, columns: Iterable[Array]) -> bool:
+def _leave_noise(rows: LinearRows, columns: Iterable[Array]) -> bool:
     """Whether these do, if any are seen."""
     seen = [each for each in columns if rows.length(each) > _SEEN * np.linalg.norm(each)]
     if not seen:

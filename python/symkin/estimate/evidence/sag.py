@@ -14,8 +14,9 @@ import numpy as np
 
 from symkin import _core
 from symkin.errors import SymkinError
-from symkin.estimate.evidence.changes import Rows, is_noise, rows_of_changes, thousandths
+from symkin.estimate.evidence.changes import is_noise, thousandths
 from symkin.estimate.evidence.findings import Doubt
+from symkin.estimate.evidence.linear_rows import LinearRows, linear_rows
 from symkin.estimate.evidence.residuals import ALARMS
 from symkin.estimate.found import Found
 from symkin.model.framing import unframed
@@ -34,7 +35,7 @@ def doubts_of_sag(
     coordinates together alarm for one of 10 000 sound robots: all doubts are one of a hundred.
     """
     try:
-        rows = rows_of_changes(found, tuple(apart))
+        rows = linear_rows(found, tuple(apart))
     except SymkinError:
         return
     if rows is None or rows.spare < 1:
@@ -62,7 +63,7 @@ def doubts_of_sag(
     yield Doubt("sags", size=size, p=p_value, figures=figures)
 
 
-def places_of(found: Found, rows: Rows) -> Array:
+def places_of(found: Found, rows: LinearRows) -> Array:
     """Where the platform was in each of the rows, in the robot's own frame, shape (n, size)."""
     if found.legs:
         poses = unframed(found.mechanism.replace(frames=None), found.measurements.poses)
@@ -71,7 +72,7 @@ def places_of(found: Found, rows: Rows) -> Array:
     return np.asarray(poses[rows.order, : found.nominal.space.size])
 
 
-def columns_of_sag(found: Found, rows: Rows) -> dict[str, Array]:
+def columns_of_sag(found: Found, rows: LinearRows) -> dict[str, Array]:
     """What a metre at the outermost pose does to the rows, where unknowns do not explain it all."""
     places = places_of(found, rows)
     squares = np.square(places - places.mean(axis=0)).sum(axis=1)

@@ -17,8 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin.errors import SymkinError
-from symkin.estimate.evidence.changes import Rows, is_noise, rows_of_changes, thousandths
+from symkin.estimate.evidence.changes import is_noise, thousandths
 from symkin.estimate.evidence.findings import Doubt
+from symkin.estimate.evidence.linear_rows import LinearRows, linear_rows
 from symkin.estimate.evidence.residuals import BETTER
 from symkin.estimate.evidence.sag import SAG_ALARMS
 from symkin.estimate.found import Found
@@ -54,7 +55,7 @@ class _Source:
     sums: Array
 
     @classmethod
-    def of(cls, rows: Rows, code: str, which: int, errors: Array) -> Self:
+    def of(cls, rows: LinearRows, code: str, which: int, errors: Array) -> Self:
         """Of what errors do to the rows, n x r x c."""
         scores = np.einsum("nrc,nr->nc", errors, rows.residual)
         shared = np.einsum("nrc,nrd->ncd", errors, errors)
@@ -217,7 +218,7 @@ class _Scatter:
 def doubts_of_scatter(found: Found, apart: Sequence[int] = ()) -> Iterator[Doubt]:
     """Say what scatters, and in which rows, if that explains all that noise does not."""
     try:
-        rows = rows_of_changes(found, tuple(apart))
+        rows = linear_rows(found, tuple(apart))
     except SymkinError:
         return
     if rows is None or rows.spare < 1 or found.noise_is_estimated:
@@ -231,7 +232,7 @@ def doubts_of_scatter(found: Found, apart: Sequence[int] = ()) -> Iterator[Doubt
         yield _doubt_of(found, rows, worst, variance)
 
 
-def hardly_missed(rows: Rows, power: float) -> dict[int, float]:
+def hardly_missed(rows: LinearRows, power: float) -> dict[int, float]:
     """From which size on errors of a leg's readings are seen in most robots, by the leg (from 0).
 
     What sums of squares are then is taken for a gamma variate, whose cube root is nearly normal.
@@ -272,7 +273,7 @@ def is_due_to_scatter(gross: Doubt | None, symptoms: Sequence[Doubt]) -> bool:
     return bool(inside >= _NEARLY * len(gross.rows) and inside > _MANY * (last - first + 1))
 
 
-def _doubt_of(found: Found, rows: Rows, worst: _Scatter, variance: float) -> Doubt:
+def _doubt_of(found: Found, rows: LinearRows, worst: _Scatter, variance: float) -> Doubt:
     source, size, p_value = worst.source, math.sqrt(variance), worst.p_value
     legs: tuple[int, ...] = ()
     figures: dict[str, Any] = {
@@ -299,7 +300,7 @@ def _doubt_of(found: Found, rows: Rows, worst: _Scatter, variance: float) -> Dou
     return Doubt(source.code, legs, numbers, size, p_value, figures)
 
 
-def _sources_of(rows: Rows) -> Iterator[_Source]:
+def _sources_of(rows: LinearRows) -> Iterator[_Source]:
     for leg in range(rows.by_leg.shape[2]):
         yield _Source.of(rows, _READINGS, leg, rows.by_leg[..., leg, None])
     for point in range(rows.by_point.shape[2]):
@@ -308,7 +309,7 @@ def _sources_of(rows: Rows) -> Iterator[_Source]:
     yield _Source.of(rows, _ROWS, -1, everything)
 
 
-def _scatters_of(rows: Rows) -> Iterator[_Scatter]:
+def _scatters_of(rows: LinearRows) -> Iterator[_Scatter]:
     """Of sources where they are larger than those of most sound robots: in all rows, or in some."""
     sources = [*_sources_of(rows)]
     *single, everything = sources

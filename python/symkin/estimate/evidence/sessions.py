@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 from symkin import _core
 from symkin.errors import SymkinError
 from symkin.estimate.covariates import sessions_of
-from symkin.estimate.evidence.changes import Rows, rows_of_changes, thousandths
+from symkin.estimate.evidence.changes import thousandths
 from symkin.estimate.evidence.findings import Doubt
+from symkin.estimate.evidence.linear_rows import LinearRows, linear_rows
 from symkin.estimate.evidence.residuals import ALARMS
 from symkin.estimate.fit import FALSE_ALARMS
 from symkin.estimate.found import Found
@@ -89,7 +90,7 @@ def session_tests(found: Found, apart: Sequence[int] = ()) -> tuple[SessionTest,
     """Test an estimate, without the poses that are outliers; empty where there are no sessions."""
     try:
         sessions = sessions_of(found.measurements)
-        rows = rows_of_changes(found, tuple(apart))
+        rows = linear_rows(found, tuple(apart))
     except SymkinError:
         return ()
     if rows is None or rows.spare < 2:
@@ -108,7 +109,9 @@ def session_tests(found: Found, apart: Sequence[int] = ()) -> tuple[SessionTest,
     return (*noise, *_of_shifts(found, rows, own, times, share / _TOGETHER))
 
 
-def _whatever_shifted(found: Found, rows: Rows, own: dict[int, NDArray[np.bool_]]) -> Rows:
+def _whatever_shifted(
+    found: Found, rows: LinearRows, own: dict[int, NDArray[np.bool_]]
+) -> LinearRows:
     """Rows with all that sessions may have of their own among what is explained."""
     weights = rows.used.ravel().astype(float)
     blocks = _blocks(found, rows, own, weights)
@@ -121,7 +124,9 @@ def _whatever_shifted(found: Found, rows: Rows, own: dict[int, NDArray[np.bool_]
     return dataclasses.replace(rows, basis=basis, residual=left)
 
 
-def _of_noise(rows: Rows, own: dict[int, NDArray[np.bool_]], share: float) -> Iterator[SessionTest]:
+def _of_noise(
+    rows: LinearRows, own: dict[int, NDArray[np.bool_]], share: float
+) -> Iterator[SessionTest]:
     """Of each session against all others: mean squares over what is redundant in them."""
     squares = np.square(rows.residual).sum(axis=1)
     free = (rows.used * (1 - np.square(rows.basis).sum(axis=2))).sum(axis=1)
@@ -154,7 +159,7 @@ def _of_noise(rows: Rows, own: dict[int, NDArray[np.bool_]], share: float) -> It
         )
 
 
-def _times(rows: Rows, of: NDArray[np.bool_]) -> float:
+def _times(rows: LinearRows, of: NDArray[np.bool_]) -> float:
     """How many times the noise of the others that of some rows is.
 
     Residuals of either contain a share of the other's noise, which this takes out (Rao, J. Am.
@@ -178,14 +183,14 @@ class _Block:
     columns: Array
 
 
-def _basis(rows: Rows, weights: Array) -> Array:
+def _basis(rows: LinearRows, weights: Array) -> Array:
     """What the unknowns explain of rows of such weights."""
     basis = rows.basis.reshape(len(weights), -1) * weights[:, None]
     return basis if np.isin(weights, (0, 1)).all() else np.linalg.qr(basis)[0]
 
 
 def _blocks(
-    found: Found, rows: Rows, own: dict[int, NDArray[np.bool_]], weights: Array
+    found: Found, rows: LinearRows, own: dict[int, NDArray[np.bool_]], weights: Array
 ) -> list[_Block]:
     """What the unknowns leave of what all sessions but the last may have of their own."""
     basis = _basis(rows, weights)
@@ -207,7 +212,7 @@ def _blocks(
 
 
 def _of_shifts(
-    found: Found, rows: Rows, own: dict[int, NDArray[np.bool_]], times: Array, share: float
+    found: Found, rows: LinearRows, own: dict[int, NDArray[np.bool_]], times: Array, share: float
 ) -> Iterator[SessionTest]:
     """Of what all sessions but the last have of their own."""
     weights = (rows.used / times[:, None]).ravel()

@@ -11,9 +11,10 @@ from typing import Any
 import numpy as np
 
 from symkin.errors import SymkinError
-from symkin.estimate.evidence.changes import Rows, asked_for, rows_of_changes, terms_of_changes
+from symkin.estimate.evidence.changes import asked_for, terms_of_changes
 from symkin.estimate.evidence.distortion import columns_of_distortion, seen_from, words_of
 from symkin.estimate.evidence.findings import Note
+from symkin.estimate.evidence.linear_rows import LinearRows, linear_rows
 from symkin.estimate.evidence.residuals import ALARMS
 from symkin.estimate.evidence.sag import SAG_ALARMS, columns_of_sag
 from symkin.estimate.evidence.scatter import hardly_missed
@@ -66,7 +67,7 @@ def notes_of_the_unseen(found: Found) -> Iterator[Note]:
     of each kind the worst.
     """
     try:
-        rows = rows_of_changes(found, ())
+        rows = linear_rows(found, ())
         if rows is None or rows.spare < 1:
             return
         # Effects are those where sensors are straight, of their bends too.
@@ -108,12 +109,12 @@ def _seen_from(alarms: float) -> float:
     return normal.inv_cdf(POWER) - normal.inv_cdf(alarms / 2)
 
 
-def _moves(rows: Rows, column: Array) -> Array:
+def _moves(rows: LinearRows, column: Array) -> Array:
     moved = rows.moved(column)
     return np.outer(moved, moved)
 
 
-def _of_scatter(found: Found, rows: Rows) -> Iterator[_Defect]:
+def _of_scatter(found: Found, rows: LinearRows) -> Iterator[_Defect]:
     """Errors of one leg's readings, another in each row."""
     unit = found.nominal.reading_unit
     for leg, size in hardly_missed(rows, POWER).items():
@@ -121,7 +122,7 @@ def _of_scatter(found: Found, rows: Rows) -> Iterator[_Defect]:
         yield _Defect("play", f"leg {leg + 1}", moved.T @ moved, size, unit, {})
 
 
-def _of_changes(found: Found, rows: Rows) -> Iterator[_Defect]:
+def _of_changes(found: Found, rows: LinearRows) -> Iterator[_Defect]:
     """Slopes of one leg, of the base, or of all legs alike."""
     terms = [each for each in terms_of_changes(found, rows) if each.what != "step"]
     kept = [each for each in terms if each.length > _SEEN * np.linalg.norm(each.column)]
@@ -145,7 +146,7 @@ def _of_changes(found: Found, rows: Rows) -> Iterator[_Defect]:
         yield _Defect("backlash", "all legs", _moves(rows, column), size, reading, options)
 
 
-def _of_sag(found: Found, rows: Rows) -> Iterator[_Defect]:
+def _of_sag(found: Found, rows: LinearRows) -> Iterator[_Defect]:
     """A sag of the last coordinate, unless it is declared."""
     columns, down = columns_of_sag(found, rows), found.nominal.space.position[-1:]
     if SAG in {each.name for each in found.assumed} or not down or down[0] not in columns:
@@ -156,7 +157,7 @@ def _of_sag(found: Found, rows: Rows) -> Iterator[_Defect]:
     yield _Defect("sag", "", _moves(rows, column), size, "m", {"assume": assume})
 
 
-def _of_device(found: Found, rows: Rows) -> Iterator[_Defect]:
+def _of_device(found: Found, rows: LinearRows) -> Iterator[_Defect]:
     """Distortions of a device, none larger than its kind has: a shear looks like other lengths."""
     columns, reach = columns_of_distortion(found, rows)
     known = found.nominal.device
