@@ -48,6 +48,7 @@ _LINUXCNC_TOWERS = np.radians([90.0, 210.0, 330.0])
 _NEAR = np.radians(30)
 _FAR = 10  # times as far from the workspace's readings as these from each other
 TOWERS = ("stepper_a", "stepper_b", "stepper_c")  # the names of their sections
+NOMINAL_DEGREES = (210.0, 330.0, 90.0)  # where they stand
 _MERGE = "These sections are to be merged into those of the printer.cfg that has pins and speeds"
 
 
@@ -337,7 +338,6 @@ def _commented(notes: tuple[str, ...], lines: list[str]) -> str:
     return "\n".join([*(f"# {note}." for note in notes), "", *lines]) + "\n"
 
 
-_NOMINAL_ANGLES = np.array([210.0, 330.0, 90.0])
 _RODS = (
     "A, B and C are trims of single rods: Marlin 2.1 knows them, older versions may take B for the "
     "radius that is probed"
@@ -386,7 +386,7 @@ def _commands(
     last: str,
     above: tuple[str, ...] = (),
 ) -> Written:
-    trims = (delta.degrees - _NOMINAL_ANGLES + 180) % 360 - 180
+    trims = (delta.degrees - NOMINAL_DEGREES + 180) % 360 - 180
     x, y, z = (f"{trim:.6f}" for trim in np.round(trims, 6) + 0.0)
     notes = (*above, *gain_notes("XYZ", delta.gains, "divide its steps per mm (M92)"))
     lines = [f"; {note}" for note in notes]

@@ -24,7 +24,7 @@ from symkin.analysis.probing import CALIPER
 from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError
 from symkin.exports.declared_reading import mechanism_of_scene
-from symkin.exports.firmware import TOWERS, LinearDelta
+from symkin.exports.firmware import NOMINAL_DEGREES, TOWERS, LinearDelta
 from symkin.exports.printers import (
     ASSUMED,
     ASSUMED_OF_CRANKS,
@@ -295,7 +295,6 @@ def _level(azimuth: float) -> tuple[Array, Array]:
 _MOST_BYTES = 10_000_000  # of a file: models have meshes beside them, not in them
 
 _SAVED = "#*#"  # begins the lines that SAVE_CONFIG writes
-_ANGLES = (210.0, 330.0, 90.0)
 _FULL_STEPS = 200.0
 
 
@@ -321,7 +320,9 @@ def _printer(path: Path) -> Imported:
     heights = np.array(
         [config.number(tower, "position_endstop", first[1], above=0.0) for tower in TOWERS]
     )
-    angles = [config.number(t, "angle", each) for t, each in zip(TOWERS, _ANGLES, strict=True)]
+    angles = [
+        config.number(t, "angle", each) for t, each in zip(TOWERS, NOMINAL_DEGREES, strict=True)
+    ]
     delta = LinearDelta(
         radius * 1e-3,
         np.radians(angles),

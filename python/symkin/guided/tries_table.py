@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import codecs
 import csv
 import io
 import math
@@ -20,6 +19,7 @@ from symkin.data.reading import read_measurements
 from symkin.data.tries import BACK, COUNTING, LINK, NOTES, ROW, STATUS, TIME, counting_rows
 from symkin.errors import MeasurementError, SymkinError
 from symkin.model.mechanism import Mechanism
+from symkin.storage.tables import is_utf16
 
 # Lines that say something of another line, whose number they have.
 SLIPPED, KEPT = "slipped", "kept"
@@ -27,7 +27,6 @@ _REMARKS = (*BACK, SLIPPED, KEPT)
 Failure = Literal["unreachable", "occluded", "lost", "skipped"]
 AVOID = "avoid"
 _STATUSES = ("", *COUNTING, *get_args(Failure), AVOID, *_REMARKS)
-_UTF16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 _WAIT, _WAITS = 0.05, 10  # s, and how often, for the end of a line that somebody else writes
 Line = dict[str, str]  # cells by column; all of them
 
@@ -248,7 +247,7 @@ class TriesTable:
 
     def _from_the_start(self, data: bytes) -> list[Line]:
         """All lines of the file, which is put into its own form if it has another."""
-        if data.startswith(_UTF16):
+        if is_utf16(data):
             raise MeasurementError(
                 f"{self.path}: is saved as UTF-16; expected it saved as CSV in UTF-8"
             )
@@ -387,7 +386,7 @@ class TriesTable:
         assert self.path is not None
         data = self._data()
         end = len(_whole(data))
-        if end < len(data) and not data.startswith(_UTF16):
+        if end < len(data) and not is_utf16(data):
             self.torn = data[end:].decode("utf-8", "replace")
             partial = self.path.with_name(f"{self.path.name}.partial")
             with partial.open("ab") as file:

@@ -23,7 +23,7 @@ _GIVEN_DIGITS = 4
 _NOTHING = 1e-8  # m or rad, a hundredth of what the best instruments tell
 _MUCH = 0.3  # of an expected error: the rest is then 5% smaller than all of it
 _MINUS = "\N{MINUS SIGN}"
-_SUPERSCRIPTS = str.maketrans(
+SUPERSCRIPTS = str.maketrans(
     "-0123456789", "\u207b\u2070\xb9\xb2\xb3\u2074\u2075\u2076\u2077\u2078\u2079"
 )
 
@@ -32,7 +32,7 @@ def significant(value: float, digits: int = 3) -> str:
     """So many significant digits, a power of ten where the number is far from one."""
     if math.isfinite(value) and value != 0 and not 1e-4 <= abs(value) < 1e6:
         mantissa, power = f"{value:.{digits - 1}e}".split("e")
-        power = str(int(power)).translate(_SUPERSCRIPTS)
+        power = str(int(power)).translate(SUPERSCRIPTS)
         return _signed(f"{mantissa}{_SPACE}\N{MULTIPLICATION SIGN}{_SPACE}10{power}")
     return _decimal(value, digits)
 

@@ -9,14 +9,14 @@ import pickle
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import nullcontext
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
 from symkin.cluster import begun, opened_client, spread
 from symkin.errors import SymkinError, one_of
 from symkin.model.mechanism import Mechanism
-from symkin.options import checks
+from symkin.options import Format, checks
 from symkin.planning import Plan
 from symkin.storage.output_files import OutputFiles
 from symkin.storage.tables import write_table
@@ -31,7 +31,6 @@ __all__ = ["Chunk", "Progress", "compute", "make_plans", "run_study"]
 
 PlanKey = tuple[Any, ...]
 Progress = Callable[[str, float], None]
-TableFormat = Literal["csv", "parquet"]
 
 _ROWS = 300  # of a chunk: what a kill can lose is a second of every core
 
@@ -44,7 +43,7 @@ def run_study(
     robots: int | None = None,
     workers: int = 1,
     scheduler: str | None = None,
-    format: TableFormat = "csv",  # noqa: A002  # as the command's option
+    format: Format = "csv",  # noqa: A002  # as the command's option
     progress: Progress | None = None,
     overwrite: bool = False,
 ) -> StudyResult | CostResult:
@@ -86,7 +85,7 @@ def run_study(
     SymkinError
         If the folder holds another study, another run writes to it, or the cluster does not answer.
     """
-    one_of("format", format, TableFormat)
+    one_of("format", format, Format)
     if not isinstance(definition, StudyDefinition):
         definition = load_study(definition)
     if robots is not None:

@@ -16,12 +16,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from symkin.exports.firmware import LinearDelta
+from symkin.exports.firmware import NOMINAL_DEGREES, LinearDelta
 from symkin.exports.logs.log import Asked, ImportedLog, Log, LogFormat
 from symkin.exports.printers import few_heights, printer_of, workspace_of
 from symkin.values import Array
 
-_TOWERS = np.array([210.0, 330.0, 90.0])
 _NUMBER = r"[-+]?\d+(?:\.\d*)?|[-+]?\.\d+"
 # Directions of G33's points, degrees; c is the middle.
 _G33 = {"x": 210.0, "yz": 30.0, "y": 330.0, "zx": 150.0, "z": 90.0, "xy": 270.0}
@@ -54,7 +53,7 @@ class _Printer:
             ends = heights + np.sqrt(arms**2 - self.radius**2)
         return LinearDelta(
             self.radius * 1e-3,
-            np.radians(_TOWERS + np.array(self.trims)),
+            np.radians(np.add(NOMINAL_DEGREES, self.trims)),
             arms * 1e-3,
             ends * 1e-3,
             np.ones(3),

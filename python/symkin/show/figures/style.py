@@ -25,6 +25,7 @@ from matplotlib.transforms import Bbox
 from mpl_toolkits.mplot3d import Axes3D  # type: ignore[import-untyped]
 
 from symkin.show.theme import GRID, INK, LEG_COLOURS, LINE, PANE, PAPER
+from symkin.show.wording import SUPERSCRIPTS
 from symkin.values import Array
 
 DARK = "#222222"  # on coloured areas, which do not follow the page's theme
@@ -35,7 +36,6 @@ _LEG_MARKERS = ("o", "s", "^", "D", "v", "P", "X", "*")
 
 
 _DECADES = 1e3  # the span from which a logarithmic axis has fewer marks between its powers
-_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 # In plain characters: matplotlib takes long over formulas, and pages set text in the reader's font.
 SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
@@ -79,7 +79,7 @@ class Powers(LogFormatter):
             return ""
         exponent = math.floor(math.log10(x) + 1e-9)
         factor = f"{x / 10.0**exponent:.3g}"
-        power = f"10{str(exponent).translate(_RAISED)}"
+        power = f"10{str(exponent).translate(SUPERSCRIPTS)}"
         return power if factor == "1" else f"{factor}\N{MULTIPLICATION SIGN}{power}"
 
 
