@@ -55,7 +55,7 @@ class ParameterRole(NamedTuple):
         "axis_elevation" and "axis_swing", of a direction in space, and the "guide_azimuth" or
         "axis_azimuth" that it is given from;
         "pulley_radius" of a cable; "coordinate" and "small_turn" of a declared transform, and its
-        "written_turn", each "mirrored_" where a mirror changes the sign; "frame_roll",
+        "written_turn", each ``mirrored_`` where a mirror changes the sign; "frame_roll",
         "frame_pitch" and "frame_yaw" of the frame that a declared end begins with, behind its
         "axis_azimuth"; the "handedness" of a declared leg; "gain" or "offset" of the sensor;
         "absent" where mixed legs have the parameter and this one does not.

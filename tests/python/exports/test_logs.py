@@ -151,6 +151,28 @@ def test_a_reprap_log_becomes_heights_at_the_points_of_its_commands(tmp_path):
     assert said.heights.before > 10 * said.heights.fitted
 
 
+def test_reprap_commands_say_what_its_reports_say(tmp_path):
+    points = [(0, 0), (60, 0), (-30, 52), (-30, -52), (30, 26)]
+    said = reprap_log(points).replace("X 0.000°, Y 0.000°", "X 0.500°, Y -0.200°")
+    said = said.replace("adjustments X0.00 Y0.00 Z0.00", "adjustments X0.10 Y-0.20 Z0.10")
+    commands = [
+        f"M665 R{RADIUS} L{ROD}:{ROD}:{ROD} B85 H{HEIGHT} X0.5 Y-0.2 Z0",
+        "M666 X0.10 Y-0.20 Z0.10",
+    ]
+    reported = import_log(written(tmp_path, "reports.log", said))
+    text = "\n".join([*commands, *said.splitlines()[4:]])
+    commanded = import_log(written(tmp_path, "commands.log", text))
+    assert commanded.mechanism.legs == reported.mechanism.legs
+    assert commanded.columns.keys() == reported.columns.keys()
+    for name, values in commanded.columns.items():
+        np.testing.assert_allclose(values, reported.columns[name], rtol=0, atol=1e-12)
+    level = said.replace("X0.10 Y-0.20 Z0.10", "X0.00 Y0.00 Z0.00")
+    plain = import_log(written(tmp_path, "level.log", level))
+    for leg, lower in enumerate((1e-4, -2e-4, 1e-4), 1):
+        name = f"psi_{leg}_m"
+        np.testing.assert_allclose(np.add(reported.columns[name], lower), plain.columns[name])
+
+
 def test_reprap_heights_without_positions_are_refused(tmp_path):
     text = "\n".join(
         line for line in reprap_log([(0, 0), (50, 0)]).splitlines() if not line.startswith("G30")
@@ -204,9 +226,10 @@ def encoders_csv(times, readings):
     return "\n".join([f"time_s,{names}", *rows]) + "\n"
 
 
-def motive_csv(times, places, lost=0.02, seed=3):
-    """As Motive exports a rigid body, y up, in millimetres."""
+def motive_csv(times, places, lost=0.02, seed=3, unseen=()):
+    """As Motive exports a rigid body, y up, in millimetres; turned if places have an angle."""
     seen = np.random.default_rng(seed).random(len(times)) >= lost
+    seen[list(unseen)] = False
     head = (
         "Format Version,1.23,Take Name,Take 1,Capture Frame Rate,100.0,Export Frame Rate,100.0,"
         "Rotation Type,Quaternion,Length Units,Millimeters,Coordinate Space,Global\n\n"
@@ -218,8 +241,10 @@ def motive_csv(times, places, lost=0.02, seed=3):
         "Frame,Time (Seconds),X,Y,Z,W,X,Y,Z,,X,Y,Z\n"
     )
     rows = []
-    for i, (t, (x, y), there) in enumerate(zip(times, places, seen, strict=True)):
-        own = f"0,0,0,1,{1e3 * x:.4f},0,{-1e3 * y:.4f},0.1,1,2,3" if there else "," * 10
+    for i, (t, (x, y, *angle), there) in enumerate(zip(times, places, seen, strict=True)):
+        half = sum(angle) / 2
+        turn = f"0,{np.sin(half):.9f},0,{np.cos(half):.9f}"
+        own = f"{turn},{1e3 * x:.4f},0,{-1e3 * y:.4f},0.1,1,2,3" if there else "," * 10
         rows.append(f"{i},{t:.6f},{own}")
     return head + "\n".join(rows) + "\n"
 
@@ -240,6 +265,23 @@ def test_a_take_and_encoders_are_joined_at_rests(tmp_path, five_bar):
     assert any("1 markers" in each for each in found.left)
     said = symkin.identify(five_bar, {k: np.asarray(v) for k, v in found.columns.items()})
     assert said.converged
+
+
+def test_a_rest_whose_first_sample_was_lost_keeps_its_attitude(tmp_path):
+    robot = symkin.load("3RRR")
+    take, at, times, readings = recorded(robot)
+    encoders = written(tmp_path, "encoders.csv", encoders_csv(times, readings))
+    path = written(tmp_path, "take.csv", motive_csv(take, at))
+    whole = import_log(path, encoders, mechanism=robot).columns
+    psi = np.column_stack([whole[f"psi_{leg}_rad"] for leg in (1, 2, 3)])
+    there, _ = robot.forward_kinematics(psi)
+    assert np.abs(whole["phi_rad"] - there[:, 2]).max() < 1e-3
+    seen, shown = Track(take, at[:, :2]), Track(times, robot.forward_kinematics(readings)[0][:, :2])
+    rests = rests_of(seen, shown, align_clocks(seen, shown))
+    first = [int(np.searchsorted(take, begin)) + more for begin, _ in rests for more in (-1, 0, 1)]
+    written(tmp_path, "take.csv", motive_csv(take, at, unseen=first))
+    lost = import_log(path, encoders, mechanism=robot).columns
+    np.testing.assert_allclose(lost["phi_rad"], whole["phi_rad"], rtol=0, atol=1e-4)
 
 
 def test_clocks_are_aligned_to_half_a_millisecond(five_bar):

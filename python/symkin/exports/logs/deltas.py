@@ -256,7 +256,7 @@ def _read_reprap(log: Log, asked: Asked) -> ImportedLog:
         if re.search(r"delta radius", said, re.I):
             _set_by_report(printer, said)
         elif re.search(r"Endstop adjustments", said):
-            printer.stops = tuple(-each for each in _xyz(said))
+            printer.stops = tuple(-each for each in _xyz(said.partition("tilt")[0]))
         elif command := re.match(r"(?:.*?>\s*)?(M66[56])\s+(.*)", said):
             _set_reprap(printer, command[1], command[2])
         elif point := re.match(r"(?:.*?>\s*)?G30\s+(.*)", said):

@@ -196,7 +196,9 @@ def _columns_of_take(
     if np.isfinite(take.quaternions).any() and (space is None or space.turns):
         turns = take.quaternions.copy()
         if mean:  # q and -q are one rotation
-            turns[rows] *= np.sign(turns[rows] @ turns[rows][0])[:, None]
+            some = turns[rows]
+            known = some[np.isfinite(some).all(axis=1)]
+            turns[rows] *= np.sign(some @ known[0])[:, None] if len(known) else 1.0
         turns = averaged(turns)
         turns = turns / np.linalg.norm(turns, axis=1, keepdims=True)
         if size == 3:
