@@ -166,10 +166,11 @@ RowShares shares_of(const LinearPose& pose, const RowMatrix& covariance) {
   return {e * pose.conditions, e.rowwise().squaredNorm(), explained_by(pose, covariance)};
 }
 
-// Statistics of the rows of one pose, or of a piece of a block. With a loss the estimates vary by
-// more than those of least squares, which moves rows by this variance; else empty.
-void add_rows(const LinearPose& pose, const RowShares& shares, const Vector& by_loss,
-              std::vector<RowFit>& rows) {
+// Statistics of the rows of one pose, or of a piece of a block, of which the estimate follows the
+// share that the pose's weight leaves. With a loss the estimates vary by more than those of least
+// squares, which moves rows by this variance; else empty.
+void add_rows(const LinearPose& pose, const RowShares& shares, const Vector& weights,
+              const Vector& by_loss, std::vector<RowFit>& rows) {
   constexpr double kSilent = 1e-9;  // of the row's own variance
   for (Index k = 0; k < pose.variances.size(); ++k) {
     const RowOrigin& origin = pose.origins[static_cast<std::size_t>(k)];
@@ -187,9 +188,11 @@ void add_rows(const LinearPose& pose, const RowShares& shares, const Vector& by_
                origin.index, -pose.variances[k] * multiplier / unit,
                kMissing,     kMissing};
     if (variance > kSilent * all) {
+      // Of what is off from where the others have it, 1 if the estimate follows it as they do.
+      const double kept = (variance + weights[origin.pose] * shares.explained[k]) / all;
       const double moved = by_loss.size() > 0 ? std::max(by_loss[k], 0.0) : 0;
-      row.t = -multiplier / std::sqrt(variance + moved) * (unit < 0 ? -1 : 1);
-      row.blunder = -multiplier / variance / unit;
+      row.t = -multiplier / std::sqrt(variance / (kept * kept) + moved) * (unit < 0 ? -1 : 1);
+      row.blunder = -multiplier * kept / variance / unit;
     }
     rows.push_back(row);
   }
@@ -267,12 +270,13 @@ void describe(const LatentProblem& problem, const LinearFit& all, const Layout& 
       const std::vector<RowShares> moved =
           losses.any() ? block->shares(by_loss) : std::vector<RowShares>(shares.size());
       for (std::size_t k = 0; k < shares.size(); ++k) {
-        add_rows(block->pieces()[k].rows, shares[k], moved[k].explained, fit.rows);
+        add_rows(block->pieces()[k].rows, shares[k], fit.loss_weights, moved[k].explained,
+                 fit.rows);
       }
     } else if (problem.alone(pose)) {
       const LinearPose linear = problem.as_eliminated(pose);
       const Vector moved = losses.any() ? explained_by(linear, by_loss) : Vector();
-      add_rows(linear, shares_of(linear, fit.model_covariance), moved, fit.rows);
+      add_rows(linear, shares_of(linear, fit.model_covariance), fit.loss_weights, moved, fit.rows);
     }
   }
 }
