@@ -103,3 +103,11 @@ def test_rows_that_a_loss_leaves_where_they_nearly_say_nothing_are_not_unlike():
         taken = symkin.simulate(robot, plan, seed, observe=("height", "separation")).measurements
         found = symkin.identify(robot, taken, loss="huber", **unknown)
         assert not found.doubts, seed
+
+
+def test_rows_of_sound_robots_are_not_unlike_the_others_where_a_loss_weighs_them_less(paper):
+    plan = symkin.plan(paper, 24, seed=1)
+    for seed in range(40):
+        taken = symkin.simulate(paper, plan, seed).measurements.for_all_legs()
+        found = symkin.identify(paper, taken, loss="huber", prior="tolerances")
+        assert not found.doubts, seed
