@@ -4,16 +4,19 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Iterator
 
 import numpy as np
 
 from symkin import _core
 from symkin.data.measurements import Measurements
+from symkin.data.observables import OBSERVABLES
 from symkin.errors import NotIdentifiableError, SymkinError
-from symkin.estimate.fit import FALSE_ALARMS
+from symkin.estimate.found import Found
 from symkin.estimate.options import ROBUST, Loss
 from symkin.estimate.problem import OBSERVED, Problem, Rows, without_pose
 
+_POSES = ("poses", "reported")
 _SUSPICIOUS = 3.5  # standard deviations, from which single rows are dropped
 
 
@@ -22,36 +25,36 @@ def without_blunders(
 ) -> tuple[Problem, _core.JointFit, tuple[tuple[int, str], ...]]:
     """Drop single observations that do not fit, and poses of which more than one does not.
 
-    Begins with a robust loss of poses, which the fit may have already. A pose whose chi-square
-    stays too large without its worst observation is dropped as a whole: single rows of such a pose
-    would mislead. Ends as it is where that would drop more than `most`.
+    Looks first while a robust loss holds what does not fit down, then without. A pose whose worst
+    observation is not the only one that does not fit is dropped as a whole: single rows of such a
+    pose would mislead. Ends as it is where that would drop more than `most`.
     """
     rejected: list[tuple[int, str]] = []
-    space, loss = problem.mechanism.pose_space, problem.options.loss
-    nearest = problem.options.gauge == "nominal"
+    places = dict(_places(problem.measurements))
+    space, nearest = problem.mechanism.pose_space, problem.options.gauge == "nominal"
+    loss: Loss = problem.options.loss
     if loss == "none":
-        fit = _robust(problem, nearest=nearest, loss=ROBUST)
-    for _ in range(len(problem.measurements.poses)):
+        loss, fit = ROBUST, _robust(problem, nearest=nearest, loss=ROBUST)
+    while True:
         rows = Rows.of(fit)
-        changes: list[tuple[int, int]] = []  # pose, row of `rows` or -1 for all
         size = np.abs(np.nan_to_num(rows.t))
-        for pose in np.unique(rows.pose[size > _SUSPICIOUS]).tolist():
+        changed = np.unique(rows.pose[size > _SUSPICIOUS]).tolist()
+        if most is not None and len(rejected) + len(changed) > most:
+            changed = []
+        if not changed and loss == "none":
+            return problem, fit, tuple(rejected)
+        spoiled = {pose for pose, _ in rejected}
+        measurements = problem.measurements
+        for pose in changed:
             own = np.flatnonzero(rows.pose == pose)
             worst = int(own[np.argmax(size[own])])
-            left = fit.conditions[pose] - 1
-            rest = fit.chi_squares[pose] - rows.t[worst] ** 2
-            sound = left > 0 and _core.chi_square_tail(max(rest, 0.0), left) > FALSE_ALARMS
-            changes.append((pose, worst if sound or left == 0 else -1))
-        if not changes or (most is not None and len(rejected) + len(changes) > most):
-            break
-        measurements = problem.measurements
-        for pose, row in changes:
-            what = rows.what(row, space) if row >= 0 else "everything"
-            measurements = _without(measurements, pose, rows, row)
+            what = "everything" if pose in spoiled else rows.what(worst, space)
+            measurements = _without(measurements, pose, places.get(what))
             rejected.append((pose, what))
+        if not changed:
+            loss = "none"
         problem = dataclasses.replace(problem, measurements=measurements)
-        fit = problem.fit(nearest=nearest, loss="none")
-    return problem, fit if rejected else problem.fit(nearest=nearest, loss="none"), tuple(rejected)
+        fit = _robust(problem, nearest=nearest, loss=loss)
 
 
 def _robust(problem: Problem, *, nearest: bool, loss: Loss) -> _core.JointFit:
@@ -64,15 +67,37 @@ def _robust(problem: Problem, *, nearest: bool, loss: Loss) -> _core.JointFit:
         return problem.fit(nearest=nearest, loss="none")
 
 
-def _without(measurements: Measurements, pose: int, rows: Rows, row: int) -> Measurements:
-    """Without one observation of a pose, or without all (-1)."""
-    if row < 0:
-        return without_pose(measurements, pose)
-    kind, index = OBSERVED[rows.kind[row]], int(rows.index[row])
-    changed = np.array(getattr(measurements, kind))
-    values = changed[pose].reshape(-1)
+def without_rejected(found: Found) -> Measurements:
+    """What everything was estimated from together: without the observations that were left out."""
+    measurements = found.measurements
+    if found.legs or not found.rejected:
+        return measurements
+    places = dict(_places(measurements))
+    for pose, what in found.rejected:
+        measurements = _without(measurements, pose, places.get(what))
+    return measurements
+
+
+def _places(measurements: Measurements) -> Iterator[tuple[str, tuple[str, int]]]:
+    """The name of each observation that a row may have, and where that is kept."""
     space = measurements.space
-    whole = kind in ("poses", "reported") and space.has_quaternion and index >= space.size
+    for kind in OBSERVED:
+        values = getattr(measurements, kind)
+        if values is not None:
+            count = space.dof if kind in _POSES else values[:1].size
+            for index in range(count):
+                yield Rows.named(OBSERVABLES[kind].kind, index, space.name), (kind, index)
+
+
+def _without(measurements: Measurements, pose: int, place: tuple[str, int] | None) -> Measurements:
+    """Without one observation of a pose, or without all where none is told."""
+    if place is None:
+        return without_pose(measurements, pose)
+    kind, index = place
+    changed = np.array(getattr(measurements, kind))
+    values = changed.reshape(len(changed), -1)[pose]
+    space = measurements.space
+    whole = kind in _POSES and space.has_quaternion and index >= space.size
     values[slice(space.size, None) if whole else index] = np.nan
     changes = {kind: changed}
     return dataclasses.replace(measurements, **changes)  # type: ignore[arg-type]

@@ -18,7 +18,7 @@ from symkin.analysis.seen import Seen
 from symkin.analysis.workspace import sample_workspace
 from symkin.errors import SymkinError
 from symkin.estimate.assumed import with_assumed
-from symkin.estimate.blunders import without_blunders
+from symkin.estimate.blunders import without_rejected
 from symkin.estimate.found import Found
 from symkin.estimate.problem import KINDS, Problem
 from symkin.estimate.survey import HeldByPriors, Survey, form_of
@@ -348,12 +348,12 @@ class Influence(Value):
     def of(cls, found: Found) -> Influence | None:
         """Of an estimate; None if a loss has weighed its poses."""
         options = dataclasses.replace(found.options, noise=found.noise)
-        nominal = found.nominal.replace(frames=None) if found.legs else found.nominal
-        problem, fit, _ = Problem.of(nominal, found.measurements, options).resolved()
         if options.loss_per == "reading":
-            problem, fit, _ = without_blunders(problem, fit)
-        elif options.loss != "none":
+            options = dataclasses.replace(options, loss="none", loss_per="pose")
+        if options.loss != "none":
             return None
+        nominal = found.nominal.replace(frames=None) if found.legs else found.nominal
+        problem, fit, _ = Problem.of(nominal, without_rejected(found), options).resolved()
         rows = whitened_rows(problem, fit)
         information, covariance = information_of(problem.layout, rows)
         deviations = np.sqrt(np.diag(covariance))

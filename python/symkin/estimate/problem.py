@@ -94,7 +94,11 @@ class Rows(Value):
 
     def what(self, row: int, pose_space: str) -> str:
         """Name an observation: ``reading of leg 2``, ``x of the pose``."""
-        index, kind = int(self.index[row]), KINDS[self.kind[row]]
+        return self.named(KINDS[self.kind[row]], int(self.index[row]), pose_space)
+
+    @staticmethod
+    def named(kind: str, index: int, pose_space: str) -> str:
+        """Name an observation of a kind."""
         space = POSE_SPACES[pose_space]
         axes, components = space.position, (*space.position, *space.rotation)
         if kind in ("readings", "closures"):

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: MIT
 """Robust losses from Python; what they compute is tested in C++."""
 
+import dataclasses
 from typing import get_args
 
 import numpy as np
@@ -111,3 +112,48 @@ def test_rows_of_sound_robots_are_not_unlike_the_others_where_a_loss_weighs_them
         taken = symkin.simulate(paper, plan, seed).measurements.for_all_legs()
         found = symkin.identify(paper, taken, loss="huber", prior="tolerances")
         assert not found.doubts, seed
+
+
+def test_what_single_readings_that_are_left_out_do_not_show_is_not_doubted():
+    robot = symkin.load_mechanism("rotary_delta")
+    plan = symkin.make_plan(robot, symkin.sample_workspace(robot, 3000, seed=1), 30, seed=1)
+    taken = symkin.simulate(robot, plan, 0).measurements.for_all_legs()
+    readings = np.array(taken.readings)
+    readings[[57, 75], 0] += 100 * robot.noise.reading
+    wrong = dataclasses.replace(taken, readings=readings)
+    found = symkin.identify(robot, wrong, loss_per="reading", prior="tolerances")
+    assert found.rejected == ((57, "reading of leg 1"), (75, "reading of leg 1"))
+    assert not found.doubts  # they are taken for a platform that sags, where they count
+    influence = found.influence
+    assert influence is not None
+    # Their other observations are used.
+    assert np.isfinite(influence.residual).all()
+
+
+def test_a_row_without_a_pose_since_one_of_its_readings_is_left_out_is_no_doubt():
+    robot = symkin.load_mechanism("rotary_delta").replace(frames=Frames(plane=(0.01, 0, 0)))
+    sample = symkin.sample_workspace(robot, 500, seed=1)
+    plan = symkin.make_plan(robot, sample, 60, design="mechanism")
+    taken = symkin.simulate(robot, plan, 0, observe="height").measurements.for_all_legs()
+    readings = np.array(taken.readings)
+    readings[12, 2] -= 0.02
+    wrong = dataclasses.replace(taken, readings=readings)
+    asked = {"prior": "tolerances", "frames": ["plane"]}
+    found = symkin.identify(robot, wrong, loss_per="reading", **asked)
+    assert found.rejected == ((12, "reading of leg 1"),)  # which of them, nothing tells
+    assert found.aside == (12,)
+    assert not found.doubts
+
+
+def test_a_wrong_height_is_left_out_alone():
+    robot = symkin.load_mechanism("rotary_delta").replace(frames=Frames(plane=(0.01, 0, 0)))
+    plan = symkin.plan(robot, 24, seed=1)
+    kinds = ("position", "height")
+    taken = symkin.simulate(robot, plan, 0, observe=kinds).measurements.for_all_legs()
+    heights = np.array(taken.heights)
+    heights[7] += 0.005
+    wrong = dataclasses.replace(taken, heights=heights)
+    asked = {"prior": "tolerances", "frames": ["plane"]}
+    found = symkin.identify(robot, wrong, loss_per="reading", **asked)
+    assert found.rejected == ((7, "height"),)
+    assert not found.doubts

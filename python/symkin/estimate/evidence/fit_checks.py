@@ -11,6 +11,7 @@ import numpy as np
 from symkin import _core
 from symkin.analysis.seen import Seen
 from symkin.errors import named_legs
+from symkin.estimate.blunders import without_rejected
 from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.evidence.shown_noise import by_kind
 from symkin.estimate.fit import FALSE_ALARMS
@@ -108,8 +109,9 @@ def unexplained_rows(found: Found) -> list[int]:
     """
     if not found.aside:
         return []
-    told = spare_conditions(found.nominal, found.measurements)
-    problem = settled(found.mechanism, found.noise, found.measurements)
+    measured = without_rejected(found)
+    told = spare_conditions(found.nominal, measured)
+    problem = settled(found.mechanism, found.noise, measured)
     core = problem.mechanism.straight, problem.setup, problem.observations
     limit = FALSE_ALARMS / max(len(found.conditions), 1)
     return [

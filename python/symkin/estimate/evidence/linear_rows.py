@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symkin import _core
+from symkin.estimate.blunders import without_rejected
 from symkin.estimate.changes import slopes_found
 from symkin.estimate.covariates import Covariate, clock, observations_of
 from symkin.estimate.found import Found
@@ -108,7 +109,7 @@ class LinearRows:
 def linear_rows(found: Found, apart: tuple[int, ...]) -> LinearRows | None:
     """Rows of the poses that were estimated from, linearised at the estimate."""
     robot, places = as_estimated(found)
-    measured = found.measurements
+    measured = without_rejected(found)
     if found.options.poses == "own":
         measured = own_readings(robot, measured)
     robot, curvature = robot.replace(curvature=None), robot.curvature
@@ -128,7 +129,8 @@ def linear_rows(found: Found, apart: tuple[int, ...]) -> LinearRows | None:
     n, free = len(measured), len(found.names)
     jacobian, residual = rows.jacobian.reshape(n, -1, columns.number), rows.residual.reshape(n, -1)
     finite = np.isfinite(jacobian).all(axis=(1, 2))
-    without = np.isin(np.arange(n), [*apart, *found.aside, *(row for row, _ in found.rejected)])
+    by_leg = [row for row, _ in found.rejected] if found.legs else []
+    without = np.isin(np.arange(n), [*apart, *found.aside, *by_leg])
     order = np.argsort(clock(measured), kind="stable")
     order = order[(finite & ~without)[order]]
     removed = _gradient(jacobian[finite & without, :, :free], residual[finite & without])
