@@ -284,6 +284,33 @@ def test_a_rest_whose_first_sample_was_lost_keeps_its_attitude(tmp_path):
     np.testing.assert_allclose(lost["phi_rad"], whole["phi_rad"], rtol=0, atol=1e-4)
 
 
+def test_a_marker_that_was_hardly_seen_does_not_hide_the_motion(tmp_path):
+    robot = symkin.load("3RRR")
+    take, at, times, readings = recorded(robot)
+    encoders = written(tmp_path, "encoders.csv", encoders_csv(times, readings))
+    head = "Format Version,1.23,Rotation Type,Quaternion,Length Units,Millimeters\n"
+    for row in (("Type", *["Marker"] * 9), ("Name", *"aaabbbccc"), ("ID", *"111222333")):
+        head += f",{','.join(row)}\n"
+    head += f",{',Position' * 9}\nFrame,Time (Seconds){',X,Y,Z' * 3}\n"
+    body = np.array([[0.05, 0.0], [0.0, 0.06], [-0.05, 0.02]])
+    sine, cosine = np.sin(at[:, 2]), np.cos(at[:, 2])
+    turns = np.array([[cosine, -sine], [sine, cosine]]).transpose(2, 0, 1)
+    seen = at[:, None, :2] + body @ turns.transpose(0, 2, 1)
+    log = head
+    for i, (t, points) in enumerate(zip(take, seen, strict=True)):
+        cells = [f"{1e3 * x:.4f},0,{-1e3 * y:.4f}" for x, y in points]
+        cells[2] = ",," if i > 3 else cells[2]
+        log += f"{i},{t:.6f},{','.join(cells)}\n"
+    found = import_log(written(tmp_path, "take.csv", log), encoders, mechanism=robot)
+    assert len(found.columns["time_s"]) == 10
+    psi = np.column_stack([found.columns[f"psi_{leg}_rad"] for leg in (1, 2, 3)])
+    poses, _ = robot.forward_kinematics(psi)
+    first = poses[:, :2] + 0.05 * np.column_stack([np.cos(poses[:, 2]), np.sin(poses[:, 2])])
+    shown = np.column_stack([found.columns["p1_x_m"], found.columns["p1_y_m"]])
+    assert np.abs(shown - first).max() < 1e-3
+    assert np.isnan(found.columns["p3_x_m"]).all()
+
+
 def test_clocks_are_aligned_to_half_a_millisecond(five_bar):
     errors = []
     for seed in range(1, 6):

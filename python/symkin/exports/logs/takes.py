@@ -29,6 +29,7 @@ _TIMES = {"time_s": 1.0, "time_ms": 1e-3, "time_us": 1e-6, "time_ns": 1e-9}
 _LIKE = 0.5  # correlation of distances below which two logs are of two motions
 _FAR = 3.0  # times as far: no error of a drawing, and no unit for another
 _CLOCKS_APART = 0.01
+_OFTEN = 0.5  # of the samples with the marker that was seen most
 
 
 @record
@@ -66,10 +67,12 @@ class Take:
 
     @property
     def track(self) -> Track:
-        """Where it was, by what was seen throughout."""
+        """Where it was, by what was seen throughout: not by markers that were lost for long."""
         if np.isfinite(self.positions).any():
             return Track(self.times, self.positions)
-        return Track(self.times, self.points.mean(axis=1))
+        counts = np.isfinite(self.points).all(axis=2).sum(axis=0)
+        often = counts > _OFTEN * counts.max(initial=0)
+        return Track(self.times, self.points[:, often].mean(axis=1))
 
 
 def take_format(
