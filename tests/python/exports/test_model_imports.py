@@ -6,6 +6,7 @@ from __future__ import annotations
 import re
 from itertools import product
 from pathlib import Path
+from xml.etree import ElementTree as ET
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ import pytest
 import symkin
 from symkin.errors import SymkinError
 from symkin.exports import import_mechanism
+from symkin.exports.scenes import read_scene
 from symkin.planning.simulation import disturb
 
 FOLDER = Path(__file__).parents[3] / "mechanisms" / "declared"
@@ -175,6 +177,44 @@ def test_defaults_includes_and_welds_are_read_as_mujoco_does(paper_model: Path) 
     paper_model.write_text(with_defaults(plain.replace("hinge", "hunge"), paper_model.parent))
     with pytest.raises(SymkinError, match=r"no model that MuJoCo takes.*hunge"):
         import_mechanism(paper_model, body="ee")
+
+
+@pytest.mark.parametrize("name", ["3RRR_four_bar", "h4_rods", "orthoglide", "cables4", "quattro"])
+def test_models_of_symkin_are_read_by_mujoco_as_by_symkin(name: str, tmp_path: Path) -> None:
+    pytest.importorskip("mujoco")
+    mechanism = symkin.load_mechanism(FOLDER / f"{name}.toml")
+    text = symkin.export(mechanism, "mjcf").text
+    path = tmp_path / "robot.xml"
+    read = []
+    for each in (text, text.replace("<worldbody>", "<default/><worldbody>", 1)):
+        path.write_text(each)
+        read.append(import_mechanism(path).mechanism)
+    own, compiled = read
+    assert (compiled.chains, compiled.leg_readings) == (own.chains, own.leg_readings)
+    np.testing.assert_allclose(compiled.parameters, own.parameters, atol=1e-12)
+    np.testing.assert_allclose(compiled.home, own.home, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "says",
+    [
+        'quat="0.2 0.9 -0.3 0.4"', 'xyaxes="1 0.2 0.1 -0.3 1 0.5"', 'zaxis="0.3 -2 0.7"',
+        'zaxis="0 0 -1"', 'axisangle="0.5 -1 2 40"', 'euler="20 -50 70"',
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("order", ["xyz", "ZYX"])
+def test_orientations_are_those_of_mujoco(says: str, order: str) -> None:
+    mujoco = pytest.importorskip("mujoco")
+    text = (
+        f'<mujoco><compiler eulerseq="{order}"/><worldbody><body name="turned" {says}>'
+        '<geom size="0.1"/></body></worldbody></mujoco>'
+    )
+    model = mujoco.MjModel.from_xml_string(text)
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    own = read_scene(ET.fromstring(text), Path("robot.xml"), text, None)
+    turned = own.parts["turned"].frame[:3, :3]
+    np.testing.assert_allclose(turned, data.xmat[1].reshape(3, 3), atol=1e-12)
 
 
 DELTA = """<mujoco model="delta"><compiler angle="radian"/><worldbody>
