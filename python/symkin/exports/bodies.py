@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Literal
 
 import numpy as np
@@ -79,11 +79,6 @@ class Structure:
     home: Mapping[str, Array]  # the same at home
     size: float  # largest distance of a base point from the platform's origin at home, m
     couplings: tuple[Coupling, ...] = ()
-
-    @property
-    def joints(self) -> Iterator[Joint]:
-        """Every joint, in the order of the bodies."""
-        return (joint for body in self.bodies for joint in body.joints)
 
     def frames(self, values: Mapping[str, Array]) -> dict[str, list[Transform]]:
         """Frames of each body in the base's, with the given joint values: after each joint."""

@@ -210,3 +210,23 @@ def test_of_one_kind_of_noise_no_proportion_is_told():
     (note,) = (each for each in found.notes if each.code == "noise-estimated")
     assert found.noise.per_metre / 1e-5 == pytest.approx(found.noise.position / 5e-5)
     assert "not told apart" not in str(note)
+
+
+def test_a_row_with_deviations_of_its_own_has_none_along_a_beam():
+    plain = symkin.load_mechanism("hexapod_jugglebot")
+    directed = plain.replace(noise=dataclasses.replace(plain.noise, along=2e-5))
+    plan = symkin.plan(plain, 24, candidates=200, seed=1)
+    measured = symkin.simulate(directed, plan, 1).measurements
+    own = np.random.default_rng(1).uniform(1e-4, 5e-4, (len(measured), 6))
+    told = dataclasses.replace(measured, pose_deviations=own)
+    options = {"frames": ["base"], "prior": "tolerances"}
+    found = [symkin.identify(robot, told, **options) for robot in (directed, plain)]
+    assert found[0].chi_square == found[1].chi_square
+    # So it is of rows that have correlations, too: none, here.
+    own[12:] = np.nan
+    correlations = np.full((len(measured), 3), np.nan)
+    correlations[:12] = 0.0
+    half = dataclasses.replace(measured, pose_deviations=own)
+    both = dataclasses.replace(half, pose_correlations=correlations)
+    found = [symkin.identify(directed, each, **options) for each in (half, both)]
+    assert found[0].chi_square == pytest.approx(found[1].chi_square, rel=1e-9)

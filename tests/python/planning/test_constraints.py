@@ -157,6 +157,17 @@ def test_the_expected_error_is_smaller_with_its_own_criterion(paper, candidates)
     assert choice.selection.criterion_value == pytest.approx(values["expected_error"], rel=1e-6)
 
 
+def test_so_it_is_where_everything_is_unknown_at_once(paper, candidates):
+    unknown = {"prior": "tolerances", "frames": ["base"]}
+    expected = {}
+    for criterion in ("O1", "expected_error"):
+        plan = symkin.make_plan(paper, candidates, 8, criterion=criterion, **unknown)
+        found = symkin.predict_accuracy(paper, plan, candidates, **unknown)
+        sizes = found.position, paper.characteristic_length * found.orientation
+        expected[criterion] = np.hypot(*sizes)
+    assert expected["expected_error"] < 0.99 * expected["O1"]
+
+
 def test_a_plan_is_the_same_on_any_number_of_threads(paper, candidates):
     plans = [symkin.make_plan(paper, candidates, threads=threads) for threads in (1, 2, 3)]
     for other in plans[1:]:
