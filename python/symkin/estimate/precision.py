@@ -220,15 +220,17 @@ class Expected(Value):
 
 
 def expected_over(robot: Mechanism, of: Coordinates | None = None) -> Array:
-    """The poses of a robot's workspace over which the errors to expect of it are averaged.
-
-    Those of the height above the bed of a platform that never turns are on the bed.
-    """
+    """The poses of a robot's workspace over which the errors to expect of it are averaged."""
     poses = sample_workspace(robot, _SAMPLES, robot.protocol.seed).poses
-    if of == "height" and robot.pose_space == "translating":
-        plane = (robot.frames or Frames()).plane or (0.0, 0.0, 0.0)
-        poses = np.column_stack([poses[:, :2], height_of_bed(plane, poses)])
-    return poses
+    return over_bed(robot, poses, of)
+
+
+def over_bed(robot: Mechanism, poses: Array, of: Coordinates | None) -> Array:
+    """The same poses; of the height above the bed of a platform that never turns, on the bed."""
+    if of != "height" or robot.pose_space != "translating":
+        return poses
+    plane = (robot.frames or Frames()).plane or (0.0, 0.0, 0.0)
+    return np.column_stack([poses[:, :2], height_of_bed(plane, poses)])
 
 
 def _budget(found: Found, effects: Array, known: Array) -> tuple[BudgetLine, ...]:

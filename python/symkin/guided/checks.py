@@ -34,6 +34,7 @@ _RATHER = (
 )
 _NO_STEP = 0.01  # probability of what legs that have not slipped seem to, or more
 _STEP = 1e-4  # and of those that have
+_RANK = 1e-9  # of the largest singular value
 _PRICE, PLAINLY = 2.0, 10.0  # of an unknown more, and by how much chi-square is to fall besides
 _MOST_ASKED, _HALVED = 20.0, 30  # deviations, of what a test asks for at most, and how finely
 _DEGREES = math.pi / 180
@@ -84,19 +85,23 @@ class Verdict(Value):
 
 
 def tolerances_factor(
-    estimate: Estimate[Any], rows: int, others: Callable[[], Iterable[Estimate[Any] | None]]
+    estimate: Estimate[Any],
+    others: Callable[[], Iterable[Estimate[Any] | None]],
+    *,
+    sound: bool,
 ) -> float:
     """By how much the tolerances are too small, once that is plain; else 1.
 
-    Of few rows, or where it is a large one, it is only if `others`, estimates without those that
-    may be wrong, say so too.
+    Of few rows, unless these are known to be `sound`, or where it is a large one, it is only if
+    `others`, estimates without those that may be wrong, say so too.
     """
     if not _beyond(estimate):
         return 1.0
     assert estimate.conflict is not None
-    factor = math.sqrt(estimate.conflict.ratio)
+    factor = estimate.conflict.factor
     # Of few rows one may spoil the comparison, and of many one that is as far off as another unit.
-    far, few = factor >= _FARTHEST, rows < _TOLD
+    far = factor >= _FARTHEST
+    few = not sound and len(estimate.measurements.poses) < _TOLD
     if (far and few) or ((far or few) and not all(map(_beyond, others()))):
         return 1.0
     return factor
@@ -115,9 +120,30 @@ def rather_slipped(estimate: Estimate[Any], off: float, without: Estimate[Any] |
     return slipped_from(estimate, shaken=True, beyond=beyond) is not None
 
 
-def explains(estimate: Estimate[Any] | None) -> bool:
-    """Whether the robot is within its drawing's tolerances, by an estimate that could be made."""
-    return estimate is not None and not _beyond(estimate)
+def rather_a_step(stepped: Estimate[Any] | None, wider: Estimate[Any] | None) -> bool:
+    """Whether an estimate with a step is plainly likelier than one with `wider` tolerances.
+
+    With it the robot must be within its drawing's, too.
+    """
+    if stepped is None or wider is None or _beyond(stepped):
+        return False
+    return _unlikely(stepped) + PLAINLY < _unlikely(wider)
+
+
+def _unlikely(estimate: Estimate[Any]) -> float:
+    """Minus twice the logarithm of the evidence, but for a constant that the rows share.
+
+    Of what has no prior, frames and the like, but for steps: these are taken as drawn from a normal
+    distribution of the size that they have.
+    """
+    priors = np.linalg.svd(estimate.prior_rows, compute_uv=False)
+    told = -2 * np.log(priors[priors > _RANK * priors.max(initial=0.0)]).sum()
+    told -= np.linalg.slogdet(estimate.model_covariance)[1]
+    for each in estimate.unknowns:
+        if each.column >= 0 and any(part.startswith("step") for part in each.name.split(".")):
+            square = each.value**2 + estimate.model_covariance[each.column, each.column]
+            told += math.log(square) + each.value**2 / square
+    return float(estimate.chi_square + told)
 
 
 def explains_more(other: Estimate[Any], estimate: Estimate[Any]) -> bool:

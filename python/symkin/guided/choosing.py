@@ -19,7 +19,7 @@ from symkin.analysis.promises import bound_of, thinned
 from symkin.analysis.workspace import workspace_coordinates
 from symkin.estimate.conflict import widened_by
 from symkin.estimate.estimate import Estimate
-from symkin.estimate.precision import expected_over
+from symkin.estimate.precision import expected_over, over_bed
 from symkin.estimate.survey import SILENT, Survey
 from symkin.guided.regions import Regions
 from symkin.model.mechanism import Mechanism
@@ -329,7 +329,8 @@ class Chooser:
         return survey
 
     def _forms(self, survey: Survey) -> dict[str, Array]:
-        position, orientation, *_ = survey.error_forms(self._over, self.target.of)
+        poses = over_bed(survey.mechanism, self._over, self.target.of)
+        position, orientation, *_ = survey.error_forms(poses, self.target.of)
         return {"position": position, "orientation": orientation}
 
     def _known(self, survey: Survey, estimate: Estimate[Any] | None) -> Array | None:

@@ -21,10 +21,10 @@ from symkin.guided.checks import (
     HiddenSlip,
     Verdict,
     edits_of,
-    explains,
     explains_more,
     hidden_slip,
     judged,
+    rather_a_step,
     rather_slipped,
     slipped_from,
     steady_legs,
@@ -99,7 +99,7 @@ class Knowledge:
         self._confidence, self._noise = confidence, noise
         self._known: dict[int, Known] = {}
         self._verdicts: dict[int, Verdict] = {}
-        self._fitted: dict[tuple[tuple[int, ...], tuple[str, ...], float | None], Known] = {}
+        self._fitted: dict[tuple[tuple[int, ...], tuple[str, ...], float | None, bool], Known] = {}
 
     def forget(self, upto: int) -> None:
         """Lines behind so many are others than they were."""
@@ -187,7 +187,8 @@ class Knowledge:
     ) -> Known:
         """The same with steps from these lines on; what was asked for lately is remembered."""
         rows = tuple(self._table.counting_of(count, without))
-        key = (rows, lines, factor)  # what is said of rows besides does not change what they say
+        # What is said of rows besides changes only what may be to blame for what they say.
+        key = (rows, lines, factor, factor is None and self._kept_one(count))
         if key not in self._fitted:
             for old in [*self._fitted][: len(self._fitted) - _REMEMBERED]:
                 del self._fitted[old]
@@ -204,7 +205,9 @@ class Knowledge:
         if found is None:
             return known
         factor = tolerances_factor(
-            found, len(found.measurements.poses), lambda: self._others(found, count, without)
+            found,
+            lambda: self._others(found, count, without),
+            sound=self._kept_one(count),
         )
         return self._fit_anew(count, without, lines, factor) if factor > least else known
 
@@ -339,7 +342,7 @@ class Knowledge:
                     number = self._table.number(place)
                     return self._explained(Verdict(numbers[-1], math.inf, number), count, before)
             return self._of_no_robot(Verdict(numbers[-1], math.nan), count, known, kept)
-        kept_one = KEPT in self._said_since_a_slip()
+        kept_one = self._kept_one(count)
         off, doubtful, size = judged(known.estimate, numbers, planned, kept)
         if doubtful == numbers[-1]:
             earlier = self._doubted(count, together(last), planned, kept)
@@ -385,16 +388,17 @@ class Knowledge:
             without = (*without, *self._table.together(rows[-1]))
         return found
 
-    def _said_since_a_slip(self) -> list[str]:
-        said = [line[STATUS] for line in self._table.lines]
-        slips = [place for place, each in enumerate(said) if each == SLIPPED]
-        return said[slips[-1] :] if slips else said
+    def _kept_one(self, count: int) -> bool:
+        """Whether a repeat has shown that no row is wrong since something slipped, if anything."""
+        said = [line[STATUS] for line in self._table.lines[:count]]
+        last = next((each for each in reversed(said) if each in (SLIPPED, KEPT)), "")
+        return last == KEPT
 
     def _slipped(self, known: Known, count: int, *, repeated: bool, kept_one: bool) -> int | None:
         """The number of the row from which on there is a step, if one is plain.
 
         What has slipped looks like a robot beyond its tolerances, too: rather than these it is a
-        step if the robot is within them with one.
+        step if the robot is within them with one, and rows say so that wider ones do not explain.
         """
 
         def number_of(estimate: Estimate[Any] | None, *, shaken: bool) -> int | None:
@@ -412,7 +416,7 @@ class Knowledge:
                 found = self._begun_at(found, count)
             if found is not None:
                 stepped = self._by(count, factor=1.0, slipped=found).estimate
-                return found if explains(stepped) else None
+                return found if rather_a_step(stepped, known.estimate) else None
         return found
 
     def _begun_at(self, number: int | None, count: int) -> int | None:

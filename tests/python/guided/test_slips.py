@@ -13,6 +13,8 @@ from symkin.estimate.evidence.residuals import ALARMS
 from symkin.estimate.evidence.unseen import POWER
 from symkin.guided import SimulatedDevice
 from symkin.guided.knowledge import Knowledge
+from symkin.model.settings import Tolerances
+from symkin.planning.simulation import disturb
 from symkin.show.guided import end_text, progress_text
 
 ACCURACY, FEW = 4e-5, {"of": "height", "observe": "height", "candidates": 500}
@@ -126,3 +128,36 @@ def test_the_slip_that_is_told_as_hidden_is_noticed_in_as_many_sessions(delta):
             seen += largest_of_steps(np.abs(scores).max(), alike) < ALARMS / len(steps)
         shares.append(seen / 300)
     assert min(shares) == pytest.approx(POWER, abs=0.05)
+
+
+def beyond(delta, seed, upto=60):
+    """A session of a robot three times its tolerances from the drawing, and its verdicts."""
+    wider = Tolerances(**{name: 3 * value for name, value in vars(delta.tolerances).items()})
+    made = disturb(delta.replace(tolerances=wider), seed)
+    device = SimulatedDevice(delta, seed, made, observe="height")
+    session, verdicts = delta.measure(ACCURACY, seed=seed, **FEW), []
+    for _, ask in zip(range(upto), session, strict=False):
+        session.add(device(ask))
+        verdicts.append(session.resolve())
+    return session, verdicts
+
+
+def test_heights_of_a_robot_beyond_its_tolerances_are_not_taken_for_a_slip(delta):
+    session, verdicts = beyond(delta, seed=2)
+    assert any(each.decided == "robot" for each in verdicts)  # which a slip might explain, too
+    assert not any(each.slipped for each in verdicts)
+    assert session.progress.reached
+    assert not session.progress.repaired
+    assert session.progress.rows < 32  # 37 with a step
+
+
+def test_poses_are_chosen_for_the_errors_over_the_bed_as_it_is_known(delta):
+    session, _ = beyond(delta, seed=13, upto=20)
+    chooser, found = session._chooser, session.estimate
+    survey = chooser._survey(found, chooser.candidates[:5, 0])
+    assert np.abs(survey.observed.plane[1:]).max() > 0.01  # a bed that leans
+    assert set(survey.unknowns) == set(found.names)
+    own = [found.names.index(name) for name in survey.unknowns]
+    covariance = found.model_covariance[np.ix_(own, own)]
+    bound = chooser._bounds(chooser._forms(survey), covariance, session.confidence)["position"]
+    assert bound == pytest.approx(session.progress.position_bound, rel=0.02)
