@@ -201,6 +201,31 @@ def test_a_region_that_fails_is_left_alone(robot):
     assert tries <= 4
 
 
+def test_a_region_that_is_left_out_stays_so_in_the_folder_and_is_asked_for_once_undone(
+    robot, tmp_path
+):
+    session, device = robot.measure(ACCURACY, tmp_path / "s", **FEW), SimulatedDevice(robot, seed=2)
+    for _ in range(4):
+        session.add(device(session.next()))
+    away = session.next().pose
+    session.fail("occluded")
+    session.avoid()
+    again = robot.measure(ACCURACY, tmp_path / "s", **FEW)
+    assert again.next().pose == pytest.approx(session.next().pose)
+    asked = []
+    for ask in session:
+        asked.append(ask.pose)
+        session.add(device(ask))
+    assert session.progress.reached
+    assert np.linalg.norm(np.array(asked)[:, :2] - away[:2], axis=1).min() > 0.15
+    fresh = robot.measure(ACCURACY, **FEW)
+    first = fresh.next().pose
+    fresh.avoid()
+    assert fresh.next().pose != pytest.approx(first)
+    fresh.undo()
+    assert fresh.next().pose == pytest.approx(first)
+
+
 def test_never_is_said_where_no_pose_shows_what_is_wanted():
     delta = symkin.load("linear_delta")
     session = delta.measure(1e-4, observe="height", candidates=300)
