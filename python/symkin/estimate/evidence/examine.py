@@ -480,61 +480,87 @@ def _mended(
 
 
 def _judged(estimate: Found, what: Noticed) -> Evidence:
-    found, doubts = what.rest or estimate, (*what.lasting, *what.symptoms)
-    if what.rest is None and (mended := _with_mended_table(found, what)) is not None:
-        return mended
-    changed = whole_change(what.symptoms)
-    if what.rest is None and changed is None and (mended := _with_moved_point(found, what)):
-        return mended
-    if what.rest is None and changed is None and (directed := _with_directed_noise(found, what)):
-        return directed
+    found, changed = what.rest or estimate, whole_change(what.symptoms)
+    if what.rest is None:
+        mended = _with_mended_table(found, what)
+        if mended is None and changed is None:
+            mended = _with_moved_point(found, what) or _with_directed_noise(found, what)
+        if mended is not None:
+            return mended
+    hidden = any(each.code == "noise-hides-robot" for each in what.symptoms)
+    if changed is not None and not hidden:  # of so large a noise anything explains the rest
+        return Evidence((*_beside(changed, what.symptoms), *what.lasting), (), complete=True)
+    doubts = (*what.lasting, *what.symptoms)
+    if any(each.code in _PLAIN for each in what.symptoms):
+        return Evidence(doubts, (), complete=True)
+    sought = _sought(estimate, what) if what.symptoms or not found.converged else _Sought()
+    cause, most = sought.cause, next(iter(_mostly(what.symptoms)), None)
+    if most is not None and most.code == _DISTORTED and cause is not None and not cause.explains:
+        cause = None  # which explains a part of what that explains
+    if cause is not None:
+        doubts = (cause, *what.lasting)
+    elif most is not None:
+        doubts = (*what.lasting, *_beside(most, what.symptoms))
+    if cause is None or not cause.explains:
+        return Evidence(doubts, sought.tried, sought.complete)
+    redrawn = sought.redrawn
+    if redrawn is not None:  # leg by leg a cause is looked for in the robot's own frame
+        redrawn = redrawn.replace(frames=found.nominal.frames)
+    return Evidence(doubts, sought.tried, sought.complete, sought.corrected, redrawn)
+
+
+def _mostly(symptoms: Sequence[Doubt]) -> list[Doubt]:
+    """Of symptoms those that explain most of what noise does not."""
+    return [each for each in symptoms if each.figures.get("most") is True]
+
+
+class _Sought(NamedTuple):
+    """A mistake that symptoms may come from, what was tried, and what is corrected of it."""
+
+    cause: Doubt | None = None
+    tried: tuple[Hypothesis, ...] = ()
+    complete: bool = True
+    corrected: Measurements | None = None
+    redrawn: Mechanism | None = None
+
+
+def _sought(estimate: Found, what: Noticed) -> _Sought:
+    """Look for what the symptoms come from: a mistake, another robot, or gross errors."""
+    found = what.rest or estimate
+    gross, rest = gross_errors(found) if found.legs else (None, found.measurements)
+    if is_due_to_scatter(gross, what.symptoms):
+        gross, rest = None, found.measurements
     cause: Doubt | None = None
     tried: tuple[Hypothesis, ...] = ()
     corrected: Measurements | None = None
     redrawn: Mechanism | None = None
     budget = Budget()
-    hidden = any(each.code == "noise-hides-robot" for each in what.symptoms)
-    if changed is not None and not hidden:  # of so large a noise anything explains the rest
-        return Evidence((*_beside(changed, what.symptoms), *what.lasting), tried, complete=True)
-    if any(each.code in _PLAIN for each in what.symptoms):
-        return Evidence(doubts, tried, complete=True)
-    if what.symptoms or not found.converged:
-        gross, rest = gross_errors(found) if found.legs else (None, found.measurements)
-        if is_due_to_scatter(gross, what.symptoms):
-            gross, rest = None, found.measurements
-        shaped = partial(_shaped, found) if _has_shape(what) else _never
-        # Without gross errors too, if there are some: but all rows say which belong together, and
-        # those that do not fit, if they are many, what they have in common.
-        asked_of = (found.measurements, rest) if gross is None else (found.measurements,)
-        for rows in asked_of if gross is None or len(gross.rows) > _SINGLE else ():
-            asked = found.nominal, rows, found.options
-            tried = hypotheses_of(*asked, by_leg=bool(found.legs), budget=budget, shaped=shaped)
-            cause = likely_cause(tried)
-            if rows is estimate.measurements:  # no row of these is lost
-                corrected, redrawn = corrected_by(tried)
-            if rest is found.measurements or (cause is not None and cause.explains):
-                break
-        steps = {each.code for each in what.symptoms if each.figures.get("most") is True}
-        if (cause is None or not cause.explains) and gross is None and steps <= _MAYBE_ANOTHER:
-            cause = of_another_robot(found, partial(_another, found)) or cause
-        if gross is not None and (cause is None or not cause.explains):
-            cause, corrected, redrawn = gross, None, None
-        if cause is None and not found.legs:  # dearer than what comes before it
-            cause, _ = gross_errors(found)
-            cause = None if is_due_to_scatter(cause, what.symptoms) else cause
-            unlike = {
-                row for each in what.symptoms if each.code == "rows-unlike" for row in each.rows
-            }
-            if cause is not None and unlike == {*cause.rows}:  # which tells how far each is off
-                cause = None
-    most = next((each for each in what.symptoms if each.figures.get("most") is True), None)
-    if most is not None and most.code == _DISTORTED and cause is not None and not cause.explains:
-        cause = None  # which explains a part of what that explains
-    if cause is None and most is not None:
-        doubts = (*what.lasting, *_beside(most, what.symptoms))
-    told = doubts if cause is None else (cause, *what.lasting)
-    if cause is None or not cause.explains:
-        corrected = redrawn = None
-    if redrawn is not None:  # leg by leg a cause is looked for in the robot's own frame
-        redrawn = redrawn.replace(frames=found.nominal.frames)
-    return Evidence(told, tried, not budget.spent, corrected, redrawn)
+    shaped = partial(_shaped, found) if _has_shape(what) else _never
+    # Without gross errors too, if there are some: but all rows say which belong together, and
+    # those that do not fit, if they are many, what they have in common.
+    asked_of = (found.measurements, rest) if gross is None else (found.measurements,)
+    for rows in asked_of if gross is None or len(gross.rows) > _SINGLE else ():
+        asked = found.nominal, rows, found.options
+        tried = hypotheses_of(*asked, by_leg=bool(found.legs), budget=budget, shaped=shaped)
+        cause = likely_cause(tried)
+        if rows is estimate.measurements:  # no row of these is lost
+            corrected, redrawn = corrected_by(tried)
+        if rest is found.measurements or (cause is not None and cause.explains):
+            break
+    steps = {each.code for each in _mostly(what.symptoms)}
+    if (cause is None or not cause.explains) and gross is None and steps <= _MAYBE_ANOTHER:
+        cause = of_another_robot(found, partial(_another, found)) or cause
+    if gross is not None and (cause is None or not cause.explains):
+        cause, corrected, redrawn = gross, None, None
+    if cause is None and not found.legs:  # dearer than what comes before it
+        cause = _gross_alone(found, what.symptoms)
+    return _Sought(cause, tried, not budget.spent, corrected, redrawn)
+
+
+def _gross_alone(found: Found, symptoms: Sequence[Doubt]) -> Doubt | None:
+    """Gross errors of single rows, unless symptoms tell as much: how far each is off, or more."""
+    cause, _ = gross_errors(found)
+    if cause is None or is_due_to_scatter(cause, symptoms):
+        return None
+    unlike = {row for each in symptoms if each.code == "rows-unlike" for row in each.rows}
+    return None if unlike == {*cause.rows} else cause
