@@ -69,14 +69,15 @@ function(symkin_add_kernels library)
     target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR}/cpp)
     target_link_libraries(${name} PRIVATE ${arg_LIBRARIES})
     target_sources(${library} PRIVATE $<TARGET_OBJECTS:${name}>)
+    # One layout and one way to allocate arrays of Eigen, whatever a kind's flags would make of them.
+    target_compile_definitions(
+      ${name} PRIVATE $<TARGET_PROPERTY:symkin_support,INTERFACE_COMPILE_DEFINITIONS>
+    )
     if(kind STREQUAL everywhere)
-      # These pass arrays to the rest of the library, which frees them: Eigen has to allocate alike.
-      target_compile_definitions(
-        ${name} PRIVATE $<TARGET_PROPERTY:symkin_support,INTERFACE_COMPILE_DEFINITIONS>
-                        $<$<BOOL:${SYMKIN_PROCESSOR}>:SYMKIN_PROCESSOR=${SYMKIN_PROCESSOR}>
-      )
-    endif()
-    if(NOT kind STREQUAL everywhere)
+      if(SYMKIN_PROCESSOR)
+        target_compile_definitions(${name} PRIVATE SYMKIN_PROCESSOR=${SYMKIN_PROCESSOR})
+      endif()
+    else()
       # Optimised in any case: what is not inlined could be shared.
       target_compile_options(${name} PRIVATE -O3 ${flags_${kind}})
       target_compile_definitions(${name} PRIVATE SYMKIN_COMPILES_${upper})

@@ -37,6 +37,7 @@ class LegFits {
  public:
   // These outlive it.
   LegFits(const Mechanism& mechanism, Index leg, const IdentificationOptions& options);
+  LegFits(LegFits&&) noexcept = default;  // a copy's rows would be addresses of the other's
 
   static Index lanes() { return lane_kernels().lanes; }
   static bool can(const IdentificationOptions& options);
