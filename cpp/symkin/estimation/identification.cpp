@@ -204,6 +204,7 @@ void describe_joint(const JointFit& joint, const std::vector<LegData>& data,
                     Identification& result) {
   result.goodness = {joint.goodness};
   std::vector<Index> columns;
+  columns.reserve(static_cast<std::size_t>(joint.covariance.rows()));
   for (std::size_t leg = 0; leg < data.size(); ++leg) {
     for (const Index i : data[leg].estimated) {
       columns.push_back(static_cast<Index>(leg) * result.parameters.cols() + i);

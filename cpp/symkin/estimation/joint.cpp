@@ -27,7 +27,8 @@ constexpr double kMissing = std::numeric_limits<double>::quiet_NaN();
 // What the poses show, their variance so many times as large and weighted by the loss, and the
 // priors with them if they are to count.
 LinearFit shown_by(const LatentProblem& problem, const Layout& layout, const Vector& scale,
-                   double factor = 1, bool with_priors = true, bool by_rows = false) {
+                   double factor = 1, bool with_priors = true, bool by_rows = false,
+                   const ScaledCholesky* known = nullptr) {
   RowMatrix square = problem.information();
   if (factor != 1 || !with_priors) {
     const RowMatrix priors = problem.prior_information();
@@ -49,7 +50,7 @@ LinearFit shown_by(const LatentProblem& problem, const Layout& layout, const Vec
     const Index below = with_priors ? layout.prior_rows().rows() : 0;
     return RowMatrix(system.jacobian.topRows(system.rows() + below));
   };
-  return {std::move(square), scale, rows, by_rows};
+  return {std::move(square), scale, rows, by_rows, known};
 }
 
 // How many directions of the columns the priors hold: they may say the same more than once.
@@ -322,9 +323,10 @@ class JointSolver {
   std::vector<Index> guard(const WhitenedSystem& system) const;
 
  private:
-  bool look_at_start(NormalEquations& at_start);
-  // Whether there are directions that nothing shows; holds them.
-  bool hold_unseen();
+  bool look_at_start(SolverWorkspace& room);
+  // Whether there are directions that nothing shows; holds them. The steps' decomposition of what
+  // the problem shows, with what is held, may be known.
+  bool hold_unseen(const ScaledCholesky* known);
 
   const Mechanism* mechanism_;
   const Observations* observations_;
@@ -338,9 +340,10 @@ class JointSolver {
   double cost_ = 0;
 };
 
-bool JointSolver::hold_unseen() {
+bool JointSolver::hold_unseen(const ScaledCholesky* known) {
   const bool refuse = options_->gauge == Gauge::refuse;
-  shown_ = shown_by(*problem_, *layout_, scale_, 1, true, !refuse);
+  shown_ = shown_by(*problem_, *layout_, scale_, 1, true, !refuse,
+                    problem_->constrained() ? nullptr : known);
   if (refuse) {
     require_all(shown_);
   }
@@ -352,19 +355,18 @@ bool JointSolver::hold_unseen() {
 // A fit that is free to go along what nothing shows would go far, and one that will be refused is
 // never begun. What is hidden at the start alone, such as the angle of an offset without length, is
 // not hidden a step away. Returns whether the problem is still as it was linearised.
-bool JointSolver::look_at_start(NormalEquations& at_start) {
+bool JointSolver::look_at_start(SolverWorkspace& room) {
   constexpr double kNothing = 1e-13;  // a pivot of a diagonal of ones
   constexpr std::uint64_t kSeed = 4;
-  if (!problem_->linearise(at_start)) {
+  if (!problem_->linearise(room.now)) {
     return false;
   }
+  room.steps.decompose(room.now, 0);
   if (options_->gauge != Gauge::refuse) {
-    open_ = hold_unseen();
+    open_ = hold_unseen(room.steps.undamped());
     return !open_;
   }
-  ScaledCholesky cholesky;
-  cholesky.compute(at_start.information);
-  if (cholesky.least_pivot() > kNothing) {
+  if (room.steps.undamped()->least_pivot() > kNothing) {
     return true;
   }
   LatentProblem away = *problem_;
@@ -387,8 +389,9 @@ void JointSolver::solve(const BlockLosses& losses) {
   // Who asks for estimates and deviations alone does without half of their digits.
   solver.last_step = options_->rows ? solver.last_step : 5e-6;
   solver.keeps_information = !options_->rows;
+  solver.finishes = !options_->loss.any();
   if (problem_->information().size() == 0) {
-    solver.linearised = look_at_start(room.now);
+    solver.linearised = look_at_start(room);
   }
   Vector before = problem_->change();
   for (int pass = 0;; ++pass) {
@@ -405,7 +408,7 @@ void JointSolver::solve(const BlockLosses& losses) {
           "the observations cannot be explained at the start: a residual is not finite");
     }
     const bool held = open_;  // while it was fitted
-    open_ = hold_unseen();
+    open_ = hold_unseen(outcome_.converged ? room.steps.undamped() : nullptr);
     if (!outcome_.converged) {
       return;
     }

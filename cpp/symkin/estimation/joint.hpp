@@ -29,7 +29,9 @@ struct JointOptions {
   Vector tolerances;
   // Where the latent poses start, N x coordinates; NaN where nothing is known.
   RowMatrix start;
-  bool rows = true;  // whether to say something of every row, which takes up to the time of the fit
+  // Whether to say something of every row, which takes up to the time of the fit; without, the
+  // latent poses may be a step behind where there is no loss.
+  bool rows = true;
 };
 
 // One row of the observations and what the fit says of it.

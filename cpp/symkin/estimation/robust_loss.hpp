@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <deque>
+#include <list>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -124,7 +124,7 @@ class BlockLosses {
  private:
   RobustLoss loss_;
   double spread_;
-  std::deque<BlockLoss> made_;  // references to them last
+  std::list<BlockLoss> made_;  // references to them last
 };
 
 }  // namespace symkin

@@ -101,7 +101,12 @@ class Bent final : public Curved {
     return finite;
   }
 
-  int whole = 0, gradients = 0;
+  void finish(const Vector& d) {
+    ++finished;
+    step(d);
+  }
+
+  int whole = 0, gradients = 0, finished = 0;
 
  private:
   double bend_;
@@ -138,10 +143,37 @@ TEST(LevenbergMarquardt, LinearisesTheGradientAloneWhereThatShowsTheLastStep) {
   ASSERT_TRUE(known.converged && outcome.converged) << outcome.failure;
   EXPECT_EQ(always.gradients, 0);
   EXPECT_EQ(last.gradients, 1);
+  EXPECT_EQ(last.finished, 0);
   EXPECT_EQ(last.whole + 1, always.whole);
   EXPECT_EQ(outcome.iterations, known.iterations);
   EXPECT_NEAR(last.at()[0], 0, 1e-8);
   EXPECT_NEAR(last.at()[1], 1, 1e-8);
+  options.finishes = true;
+  Bent alone(0.02, 0.5, 0.5);
+  ASSERT_TRUE(minimise(alone, options).converged);
+  EXPECT_EQ(alone.finished, 1);
+  EXPECT_EQ(alone.at(), last.at());
+}
+
+TEST(LevenbergMarquardt, TakesTheDecompositionThatItsRoomHolds) {
+  SolverOptions options{100, 0};
+  Bent asks(0.02, 0.5, 0.5), knows(0.02, 0.5, 0.5), misled(0.02, 0.5, 0.5);
+  ASSERT_TRUE(minimise(asks, options).converged);
+  options.linearised = true;
+  SolverWorkspace room;
+  ASSERT_TRUE(knows.linearise(room.now));
+  room.steps.decompose(room.now, 0);
+  ASSERT_TRUE(minimise(knows, options, room).converged);
+  EXPECT_EQ(knows.whole, asks.whole);
+  EXPECT_EQ(knows.at(), asks.at());
+  // Those of other equations lead elsewhere at first.
+  SolverWorkspace other;
+  ASSERT_TRUE(misled.linearise(other.now));
+  NormalEquations larger = other.now;
+  larger.information *= 1e4;
+  other.steps.decompose(larger, 0);
+  ASSERT_TRUE(minimise(misled, options, other).converged);
+  EXPECT_GT(misled.whole, asks.whole);
 }
 
 TEST(LevenbergMarquardt, LinearisesWhollyAgainWhereTheGradientShowsNoLastStep) {

@@ -76,7 +76,10 @@ class LatentElimination {
         z[i] = z[i] - v[i] * multipliers[i];
       }
       for (Index leg = 0; leg < in.legs; ++leg) {
-        const T by_reading = at.read(in.of_legs[leg].by_reading, in.closures);
+        const LatentRows::OfLeg& of_leg = in.of_legs[leg];
+        const T by_reading = of_leg.packs == nullptr
+                                 ? at.read(of_leg.by_reading, in.closures)
+                                 : packed(in, of_leg, pack, 1 + in.width + kDof);
         const T variance = at.read(in.variances + leg * in.closures, in.rows);
         const T error = -by_reading * variance * multipliers[leg * in.closures];
         at.write(Lanes<T>::select(variance >= T(0.0), error, T(0.0)), errors + leg, in.legs);
@@ -89,6 +92,10 @@ class LatentElimination {
   }
 
  private:
+  static T packed(const LatentRows& in, const LatentRows::OfLeg& leg, Index pack, Index i) {
+    return Lanes<T>::load(leg.packs + (pack * (in.width + kDof + 2) + i) * Lanes<T>::kCount);
+  }
+
   // y, V, B and C of the legs.
   SYMKIN_FLATTEN static void closures(const LatentRows& in, Index pack) {
     const LaneRows<T> at(pack * Lanes<T>::kCount, in.count);
@@ -97,6 +104,20 @@ class LatentElimination {
     for (Index leg = 0; leg < in.legs; ++leg) {
       const LatentRows::OfLeg& of_leg = in.of_legs[leg];
       const T error = at.read(in.errors + leg, in.legs);
+      if (of_leg.packs != nullptr) {
+        const auto number = [&](Index i) { return packed(in, of_leg, pack, i); };
+        const T variance = at.read(in.variances + leg, in.rows);
+        const T g = number(1 + in.width + kDof);
+        y.set(leg, number(0) - g * error);
+        v.set(leg, Lanes<T>::select(variance >= T(0.0), g * g * variance, T(0.0)));
+        for (Index i = 0; i < kDof; ++i) {
+          b.set(leg * kDof + i, number(1 + in.width + i));
+        }
+        for (Index i = 0; i < in.width; ++i) {
+          c.set(leg * in.width + i, number(1 + i));
+        }
+        continue;
+      }
       for (Index k = 0; k < in.closures; ++k) {
         const Index row = leg * in.closures + k;
         const T variance = at.read(in.variances + row, in.rows);

@@ -11,6 +11,9 @@ namespace symkin {
 struct LatentRows {
   struct OfLeg {
     const double *closure, *by_unknowns, *by_pose, *by_reading;  // `closures` rows a pose
+    // Or of a leg with one closure, all of whose scalars are its free parameters, the packs as
+    // LegModel::linearise_lanes() writes them; else null.
+    const double* packs;
   };
   enum class Kind {
     position,

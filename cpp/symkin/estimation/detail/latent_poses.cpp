@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "symkin/estimation/detail/factors.hpp"
+#include "symkin/model/chain_model.hpp"
 #include "symkin/model/sensor.hpp"
 #include "symkin/support/dense.hpp"
 
@@ -27,6 +28,7 @@ LatentPoses::LatentPoses(const Mechanism& mechanism, const Observations& observa
       legs_(own_free_.size()),
       whole_(legs_.size()),
       by_free_(legs_.size()),
+      packs_(legs_.size()),
       of_legs_(legs_.size()) {
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
     for (Index i = 0; i < UnknownList::kCurvature; ++i) {
@@ -45,6 +47,7 @@ LatentPoses::LatentPoses(const Mechanism& mechanism, const Observations& observa
   };
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
     std::vector<Index>& own = own_free_[at_index(leg)];
+    own.reserve(at_index(own_));
     for (Index i = 0; i < own_; ++i) {
       if (layout.is_free(scalar_of(leg, i))) {
         own.push_back(i);
@@ -52,6 +55,9 @@ LatentPoses::LatentPoses(const Mechanism& mechanism, const Observations& observa
     }
     width_ = std::max(width_, static_cast<Index>(own.size()));
   }
+  const Index behind = list_.size() - list_.base();  // the legs
+  free_.reserve(at_index(mechanism.leg_count() * width_ + behind));
+  shared_of_.reserve(at_index(behind));
   for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
     const std::vector<Index>& own = own_free_[at_index(leg)];
     whole_[at_index(leg)] = static_cast<Index>(own.size()) == own_;
@@ -69,6 +75,11 @@ LatentPoses::LatentPoses(const Mechanism& mechanism, const Observations& observa
       directions_ = std::max(directions_, single ? factors::kBase : factors::kDirections);
     }
   }
+  may_pack_ = own_ == mechanism.parameter_count() && mechanism.closures() == 1;
+  for (Index leg = 0; leg < mechanism.leg_count(); ++leg) {
+    may_pack_ = may_pack_ && whole_[at_index(leg)] &&
+                dynamic_cast<const KernelModel*>(&mechanism.model(leg)) != nullptr;
+  }
   tie(layout);
   plan_ = planned_rows(mechanism, observations, setup, directions_ < factors::kDirections);
   const Index lanes = latent_kernels().lanes;
@@ -82,18 +93,21 @@ LatentPoses::LatentPoses(const Mechanism& mechanism, const Observations& observa
 }
 
 void LatentPoses::tie(const Layout& layout) {
-  shares_.resize(free_.size());
-  for (std::size_t i = 0; i < free_.size(); ++i) {
-    shares_[i].clear();
-    const Index column = free_[i] < 0 ? -1 : layout.column[at_index(free_[i])];
+  shares_.clear();
+  shares_.reserve(free_.size() + layout.ties.size());
+  first_share_.assign(1, 0);
+  first_share_.reserve(free_.size() + 1);
+  for (const Index scalar : free_) {
+    const Index column = scalar < 0 ? -1 : layout.column[at_index(scalar)];
     if (column >= 0) {
-      shares_[i].push_back({column, 1});
+      shares_.push_back({column, 1});
     }
     for (const Tie& tie : layout.ties) {
-      if (tie.scalar == free_[i]) {
-        shares_[i].push_back({tie.column, tie.factor});
+      if (tie.scalar == scalar) {
+        shares_.push_back({tie.column, tie.factor});
       }
     }
+    first_share_.push_back(shares_.size());
   }
 }
 
@@ -128,7 +142,7 @@ LatentRows LatentPoses::kernel_rows(const double* poses, const double* errors) {
     const ClosureRows& rows = legs_[leg];
     const RowMatrix& by_free = whole_[leg] ? rows.by_parameters : by_free_[leg];
     of_legs_[leg] = {rows.closure.data(), by_free.data(), rows.by_pose.data(),
-                     rows.by_reading.data()};
+                     rows.by_reading.data(), is_packed_ ? packs_[leg].data() : nullptr};
   }
   return {observations_.count(),
           mechanism_.leg_count(),
@@ -251,6 +265,64 @@ void LatentPoses::keep_free(Index leg) {
   }
 }
 
+// Lanes beyond the last pose have it once more.
+void LatentPoses::pack(const RowMatrix& poses) {
+  const Index lanes = latent_kernels().lanes, last = poses.rows() - 1;
+  packed_poses_.resize(at_index((last / lanes + 1) * lanes * poses.cols()));
+  double* to = packed_poses_.data();
+  for (Index first = 0; first <= last; first += lanes) {
+    for (Index k = 0; k < poses.cols(); ++k) {
+      for (Index i = first; i < first + lanes; ++i) {
+        *to++ = poses(std::min(i, last), k);
+      }
+    }
+  }
+}
+
+void LatentPoses::linearise_packs(const Setup& setup, const RowMatrix& errors, Index leg,
+                                  const std::vector<bool>& aside) {
+  const Index lanes = latent_kernels().lanes, width = own_ + mechanism_.dof() + 2;
+  const Index last = observations_.count() - 1, packs = last / lanes + 1;
+  packed_parameters_.clear();
+  for (Index k = 0; k < own_; ++k) {
+    packed_parameters_.insert(packed_parameters_.end(), at_index(lanes), setup.parameters(leg, k));
+  }
+  packed_readings_.resize(at_index(packs * lanes));
+  for (Index i = 0; i < packs * lanes; ++i) {
+    packed_readings_[at_index(i)] = given_(std::min(i, last), leg) + errors(std::min(i, last), leg);
+  }
+  std::vector<double>& rows = packs_[at_index(leg)];
+  rows.resize(at_index(packs * lanes * width));
+  mechanism_.model(leg).linearise_lanes(
+      {lanes, packs, packed_parameters_.data(), packed_poses_.data(), packed_readings_.data()},
+      rows.data());
+  for (Index i = 0; i < packs * lanes; ++i) {
+    const Index row = std::min(i, last);
+    if (aside[at_index(row)] || plan_.variances(row, leg) < 0) {
+      for (Index k = 0; k < width; ++k) {
+        rows[at_index((i / lanes * width + k) * lanes + i % lanes)] = 0;
+      }
+    }
+  }
+}
+
+double LatentPoses::packed(Index pose, Index leg, Index i) const {
+  const Index lanes = latent_kernels().lanes, width = own_ + mechanism_.dof() + 2;
+  return packs_[at_index(leg)][at_index((pose / lanes * width + i) * lanes + pose % lanes)];
+}
+
+ClosureRows LatentPoses::leg(Index leg) const {
+  if (!is_packed_) {
+    return legs_[at_index(leg)];
+  }
+  const Index count = observations_.count(), dof = mechanism_.dof();
+  RowMatrix all(count, own_ + dof + 2);
+  for (Index i = 0; i < all.size(); ++i) {
+    all.data()[i] = packed(i / all.cols(), leg, i % all.cols());
+  }
+  return {all.col(0), all.middleCols(1, own_), all.middleCols(1 + own_, dof), all.rightCols<1>()};
+}
+
 // Every pose with lengths of its own, by the lengths as the setup has them.
 void LatentPoses::linearise_growing(const LegModel& model, const Vector& parameters,
                                     const Vector& growths, const RowMatrix& poses,
@@ -303,8 +375,16 @@ void LatentPoses::add_covariates(const Setup& setup, const Vector& growths, Inde
 
 void LatentPoses::eliminate(const Setup& setup, const RowMatrix& poses, const RowMatrix& errors,
                             const std::vector<bool>& aside) {
+  is_packed_ = may_pack_ && setup.curvature.isZero(0);
+  if (is_packed_) {
+    pack(poses);
+  }
   for (Index leg = 0; leg < mechanism_.leg_count(); ++leg) {
-    linearise_leg(setup, poses, errors, leg, aside);
+    if (is_packed_) {
+      linearise_packs(setup, errors, leg, aside);
+    } else {
+      linearise_leg(setup, poses, errors, leg, aside);
+    }
   }
   const RowMatrix& covariates = observations_.base_covariates;
   base_turns_.resize(covariates.cols() > 0 ? poses.rows() : 0, 18);
@@ -336,10 +416,10 @@ void LatentPoses::add_to(NormalEquations& equations, const Vector& weights, bool
   latent_kernels().add(kernel_rows(nullptr, nullptr), weights.data(),
                        gradient_alone ? nullptr : information.data(), gradient.data());
   for (Index i = 0; i < size; ++i) {
-    for (const Share& row : shares_[at_index(i)]) {
+    for (const Share& row : shares(i)) {
       equations.gradient[row.column] += row.factor * gradient[i];
       for (Index j = 0; j <= i && !gradient_alone; ++j) {
-        for (const Share& column : shares_[at_index(j)]) {
+        for (const Share& column : shares(j)) {
           const double value = row.factor * column.factor * information(i, j);
           equations.information(row.column, column.column) += value;
           if (j < i) {
@@ -354,7 +434,7 @@ void LatentPoses::add_to(NormalEquations& equations, const Vector& weights, bool
 void LatentPoses::move(const Vector& d, RowMatrix& tangents, RowMatrix& errors) {
   Vector step = Vector::Zero(static_cast<Index>(free_.size()));
   for (Index i = 0; i < step.size(); ++i) {
-    for (const Share& share : shares_[at_index(i)]) {
+    for (const Share& share : shares(i)) {
       step[i] += share.factor * d[share.column];
     }
   }
@@ -382,7 +462,9 @@ LinearPose LatentPoses::rows(Index pose) const {
     const bool closure = i < bound;
     if (closure) {
       const Index closures = mechanism_.closures();
-      origin.by_error = legs_[at_index(origin.index)].by_reading[pose * closures + i % closures];
+      origin.by_error =
+          is_packed_ ? packed(pose, origin.index, 1 + own_ + dof)
+                     : legs_[at_index(origin.index)].by_reading[pose * closures + i % closures];
     }
     linear.origins.push_back(origin);
     linear.misfit[row] = at(places_.misfits, i);
@@ -395,7 +477,7 @@ LinearPose LatentPoses::rows(Index pose) const {
     for (Index k = 0; k < width; ++k) {
       const double derivative = closure ? at(places_.by_unknowns, i * width + k)
                                         : at(places_.by_shared, (i - bound) * width + k);
-      for (const Share& share : shares_[at_index(first + k)]) {
+      for (const Share& share : shares(first + k)) {
         linear.by_unknowns(row, share.column) += share.factor * derivative;
       }
     }

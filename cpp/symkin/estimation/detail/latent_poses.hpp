@@ -65,7 +65,7 @@ class LatentPoses {
   LinearPose conditions(Index pose) const;
   // Of all poses the closures of a leg at their last linearisation, zero where it was not read; its
   // further ones without the reading.
-  const ClosureRows& leg(Index leg) const { return legs_[static_cast<std::size_t>(leg)]; }
+  ClosureRows leg(Index leg) const;
   // Of the conditions G and rho alone.
   RowMatrix by_rows(Index pose) const;
   Vector values(Index pose) const;
@@ -78,6 +78,10 @@ class LatentPoses {
                          const RowMatrix& poses, const Vector& shown, ClosureRows& rows);
   void add_covariates(const Setup& setup, const Vector& growths, Index leg, ClosureRows& rows);
   void keep_free(Index leg);
+  void pack(const RowMatrix& poses);
+  void linearise_packs(const Setup& setup, const RowMatrix& errors, Index leg,
+                       const std::vector<bool>& aside);
+  double packed(Index pose, Index leg, Index i) const;
   void set_places();
   LatentRows kernel_rows(const double* poses, const double* errors);
 
@@ -96,7 +100,17 @@ class LatentPoses {
     Index column;
     double factor;
   };
-  std::vector<std::vector<Share>> shares_;
+  std::vector<Share> shares_;
+  std::vector<std::size_t> first_share_;  // of each, and behind the last
+  struct Shares {
+    const Share *first, *last;
+    const Share* begin() const { return first; }
+    const Share* end() const { return last; }
+  };
+  Shares shares(Index i) const {
+    const std::size_t* const at = &first_share_[static_cast<std::size_t>(i)];
+    return {shares_.data() + at[0], shares_.data() + at[1]};
+  }
   std::vector<Index> shared_of_;  // see LatentRows
   Index column_count_, shared_ = 0;
   int directions_;
@@ -107,6 +121,11 @@ class LatentPoses {
   std::vector<ClosureRows> legs_;
   std::vector<bool> whole_;  // where these are all
   std::vector<RowMatrix> by_free_;
+  // Instead of both, of legs that need nothing more, those that are written a pose a lane: what
+  // LegModel::linearise_lanes() takes, and of each leg what it writes.
+  bool may_pack_ = false, is_packed_ = false;
+  std::vector<double> packed_parameters_, packed_poses_, packed_readings_;
+  std::vector<std::vector<double>> packs_;
   RowMatrix given_;                   // N x legs, readings; 0 where none was taken
   Vector own_parameters_, readings_;  // of one leg
   RowMatrix bases_;                   // of every pose, or of all: position and rotation by rows

@@ -356,6 +356,15 @@ void LatentProblem::step(const Vector& d) {
       move_latent(i, &tangents_(i, 0));
     }
   }
+  move_setup(d);
+}
+
+void LatentProblem::finish(const Vector& d) {
+  saved_.change = state_.change;
+  move_setup(d);
+}
+
+void LatentProblem::move_setup(const Vector& d) {
   state_.setup = moved(std::move(state_.setup), layout_, d);
   state_.change += d;
   for (const Turn& turn : turns_) {

@@ -25,6 +25,7 @@ class LatentProblem {
 
   // Rows of the problem beside the poses and the priors: A z = 0, z the change since the start.
   void constrain(const RowMatrix& rows) { constraints_ = rows; }
+  bool constrained() const { return constraints_.rows() > 0; }
   // Of the pose: none at first.
   void set_losses(const BlockLosses& losses) { losses_ = losses; }
   void take_in(Index pose, const double* start);
@@ -33,6 +34,8 @@ class LatentProblem {
   bool linearise(NormalEquations& equations) { return linearise(equations, false); }
   bool linearise_gradient(NormalEquations& equations) { return linearise(equations, true); }
   void step(const Vector& d);
+  // Without the poses and the errors of their readings.
+  void finish(const Vector& d);
   void correct(const Vector& d);
   void undo();
   double step_size(const Vector& d) const {
@@ -119,6 +122,7 @@ class LatentProblem {
   bool linearise(NormalEquations& equations, bool gradient_alone);
   LinearPose general(Index pose) const;
   void move_latent(Index pose, const double* tangent);
+  void move_setup(const Vector& d);
   void take_errors(const std::vector<RowOrigin>& origins, const Vector& errors);
 
   struct State {

@@ -21,11 +21,14 @@ double shortest(const NormalEquations& equations, const Vector& scale, Vector& s
 
 }  // namespace
 
-double NormalSteps::solve(const NormalEquations& equations, double damping, Vector& step) {
+void NormalSteps::decompose(const NormalEquations& equations, double damping) {
   damping_ = damping;
   cholesky_.compute(equations.information, damping);
-  return damping == 0 && poor() ? shortest(equations, cholesky_.scale(), step)
-                                : solve_again(equations.gradient, step);
+}
+
+double NormalSteps::solve_decomposed(const NormalEquations& equations, Vector& step) const {
+  return damping_ == 0 && poor() ? shortest(equations, cholesky_.scale(), step)
+                                 : solve_again(equations.gradient, step);
 }
 
 bool NormalSteps::poor() const {

@@ -23,12 +23,14 @@ struct SolverOutcome {
 struct SolverOptions {
   int max_iterations = 100;  // steps tried
   double damping = 1e-4;     // of the first step; 0 begins as Gauss-Newton
-  bool linearised = false;   // whether the room holds the equations of the present state already
+  // Whether the room holds the equations of the present state already, decomposed by its steps.
+  bool linearised = false;
   // Over the root of the cost: a step as short as this is the last, and nothing is linearised anew.
   double last_step = 1e-8;
   // Whether the step before that one keeps the information, where the gradient behind it says that
   // one more is the last.
   bool keeps_information = false;
+  bool finishes = false;  // whether that one moves the parameters alone
 };
 
 // Weighted least squares linearised at the present state, residuals rho and weights W.
@@ -48,11 +50,19 @@ struct NormalEquations {
 // the sizes of parameters matter.
 class NormalSteps {
  public:
-  // (H + damping diag H) d = -gradient by Cholesky. Without damping and with poor pivots the
-  // shortest d by eigenvalues: what the data does not show does not move.
+  // H + damping diag H.
+  void decompose(const NormalEquations& equations, double damping);
+  // The last of these, null where it was damped.
+  const ScaledCholesky* undamped() const { return damping_ == 0 ? &cholesky_ : nullptr; }
+  // (H + damping diag H) d = -gradient, of the equations that were decomposed. Without damping and
+  // with poor pivots the shortest d by eigenvalues: what the data does not show does not move.
   // Returns the decrease of the cost that it predicts, negative if there is no step.
-  double solve(const NormalEquations& equations, double damping, Vector& step);
-  // The same by the information and the damping of the last solve(), with poor pivots none.
+  double solve_decomposed(const NormalEquations& equations, Vector& step) const;
+  double solve(const NormalEquations& equations, double damping, Vector& step) {
+    decompose(equations, damping);
+    return solve_decomposed(equations, step);
+  }
+  // The same by another gradient, with poor pivots none.
   double solve_again(const Vector& gradient, Vector& step) const;
 
  private:
@@ -99,7 +109,8 @@ struct HasCorrect<
 //                                           the parameters where it was
 // and may have
 //   void correct(const Vector& d);          moves on from a step; `undo` takes back both
-//   bool linearise_gradient(NormalEquations&);   as linearise() does, without the information
+//   bool linearise_gradient(NormalEquations&);   as linearise() does, without the information, and
+//   void finish(const Vector& d);   moves the parameters alone
 // The problem ends as it was last linearised, at the state it ends at or, where it converged, at
 // most one step too short to count from there, if `undo` keeps that too. `room` ends with those
 // equations in `now`; where it converged, `steps` has solved them without damping.
@@ -149,7 +160,8 @@ SolverOutcome minimise(Problem& problem, const SolverOptions& options, SolverWor
     double decrease = -1;
     bool there = false;  // a step of the parameters would be too short to count
     if (!failed) {
-      decrease = steps.solve(now, 0, step);
+      decrease = tried == 0 && options.linearised ? steps.solve_decomposed(now, step)
+                                                  : steps.solve(now, 0, step);
       const double distance = std::sqrt(std::max(decrease, 0.0) / (now.cost + 1));
       there = decrease >= 0 && (distance < kShortest || problem.step_size(step) < kStill ||
                                 (distance < kRounding && distance >= last_distance));
@@ -178,7 +190,7 @@ SolverOutcome minimise(Problem& problem, const SolverOptions& options, SolverWor
               problem.linearise_gradient(next) ? steps.solve_again(next.gradient, step) : -1;
           const double left = std::sqrt(by_gradient / (next.cost + 1));
           if (left < options.last_step && left * left < kLeft * distance) {
-            problem.step(step);
+            options.finishes ? problem.finish(step) : problem.step(step);
             now.cost = next.cost;
             outcome.iterations += 2;
             outcome.converged = true;

@@ -41,9 +41,9 @@ void LinearFit::reset(const RowMatrix& by_parameters, const Vector& factors) {
 }
 
 LinearFit::LinearFit(RowMatrix square, const Vector& sizes, const std::function<RowMatrix()>& rows,
-                     bool by_rows)
+                     bool by_rows, const ScaledCholesky* known)
     : square_(std::move(square)), unseen_(square_.rows(), 0) {
-  cholesky_.compute(square_);
+  known != nullptr ? void(cholesky_ = *known) : cholesky_.compute(square_);
   least_pivot_ = cholesky_.least_pivot();
   if (clear()) {
     return;

@@ -41,9 +41,9 @@ class LinearFit {
   void reset(const RowMatrix& by_parameters, const Vector& factors);
   // Of the square of rows that are made only if they are asked; of `sizes` that directions are
   // compared in. What the square shows to be unseen it shows to half of the digits: to all of them
-  // with `by_rows`. It has neither leverages nor residuals.
+  // with `by_rows`. It has neither leverages nor residuals. Its decomposition may be known.
   LinearFit(RowMatrix square, const Vector& sizes, const std::function<RowMatrix()>& rows,
-            bool by_rows = false);
+            bool by_rows = false, const ScaledCholesky* known = nullptr);
 
   // Whether the columns are so far from dependent that the square shows it.
   bool clear() const { return is_clear(least_pivot_); }

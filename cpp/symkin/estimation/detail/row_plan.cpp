@@ -17,6 +17,7 @@ class Planner {
  public:
   Planner(PoseSpace space, Index count) : space_(space), axes_(to_index(position_size(space))) {
     std::iota(axes_.begin(), axes_.end(), Index{0});
+    plan.taken.reserve(to_index(count));
     variances.resize(count, 0);
     values.resize(count, 0);
   }
