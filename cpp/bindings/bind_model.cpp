@@ -10,7 +10,6 @@
 namespace {
 
 void bind_chains(py::module_& module) {
-  using symkin::ActiveJoint;
   using symkin::ChainInfo;
   using symkin::End;
   using symkin::ParameterInfo;
@@ -55,22 +54,6 @@ void bind_chains(py::module_& module) {
       .value("absent", ParameterKind::absent)
       .finalize();
 
-  py::native_enum<ActiveJoint>(module, "ActiveJoint", "enum.Enum")
-      .value("angle_in_base", ActiveJoint::angle_in_base)
-      .value("angle_in_platform", ActiveJoint::angle_in_platform)
-      .value("elbow_angle", ActiveJoint::elbow_angle)
-      .value("travel_on_base", ActiveJoint::travel_on_base)
-      .value("travel_on_platform", ActiveJoint::travel_on_platform)
-      .value("distance", ActiveJoint::distance)
-      .value("travel_from_point", ActiveJoint::travel_from_point)
-      .value("angle_about_axis", ActiveJoint::angle_about_axis)
-      .value("angle_from_meridian", ActiveJoint::angle_from_meridian)
-      .value("joint_turn", ActiveJoint::joint_turn)
-      .value("mirrored_joint_turn", ActiveJoint::mirrored_joint_turn)
-      .value("joint_travel", ActiveJoint::joint_travel)
-      .value("mirrored_joint_travel", ActiveJoint::mirrored_joint_travel)
-      .finalize();
-
   py::class_<ParameterInfo>(module, "ParameterInfo")
       .def_property_readonly("name", [](const ParameterInfo& self) { return self.name; })
       .def_property_readonly("end", [](const ParameterInfo& self) { return self.role.end; })
@@ -82,7 +65,6 @@ void bind_chains(py::module_& module) {
       .def_property_readonly("pose_space",
                              [](const ChainInfo& self) { return to_string(self.pose_space); })
       .def_readonly("parameters", &ChainInfo::parameters)
-      .def_readonly("active_joint", &ChainInfo::active_joint)
       .def_property_readonly("reads_angle",
                              [](const ChainInfo& self) { return is_angle(self.active_joint); })
       .def("is_angular", &ChainInfo::is_angular, py::arg("parameter"))
@@ -150,7 +132,6 @@ void bind_mechanism(py::module_& module) {
       .def_property_readonly("mobility", &Mechanism::mobility)
       .def_property_readonly("free_coordinates", &Mechanism::free_coordinates)
       .def_property_readonly("redundant", &Mechanism::redundant)
-      .def_property_readonly("underdetermined", &Mechanism::underdetermined)
       .def_property_readonly("leg_count", &Mechanism::leg_count)
       .def_property_readonly("parameters", &Mechanism::parameters)
       .def_property_readonly("estimated_parameters",

@@ -29,7 +29,6 @@ void bind_quadratic_form(py::module_& module) {
                   ReleaseGil())
       .def_property_readonly("weights", [](const QuadraticForm& self) { return self.weights(); })
       .def_property_readonly("mean", &QuadraticForm::mean)
-      .def_property_readonly("effective_degrees", &QuadraticForm::effective_degrees)
       .def(
           "tail",
           [](const QuadraticForm& self, const Vector& values) {
@@ -44,8 +43,6 @@ void bind_quadratic_form(py::module_& module) {
 }
 
 void bind_effects(py::module_& module) {
-  module.def("projected_effects", &symkin::projected_effects, py::arg("effects"),
-             py::arg("by_frames"), ReleaseGil());
   module.def(
       "largest_errors",
       [](ConstRows effects, Index rows_per_pose, Index parts, ConstRows covariances,

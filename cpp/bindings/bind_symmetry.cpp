@@ -54,15 +54,6 @@ void bind_group(py::module_& module) {
       .def("angle", &SymmetryGroup::angle, py::arg("element"));
 }
 
-std::pair<symkin::Vector, int> transform_leg(const SymmetryGroup& group, SymmetryElement element,
-                                             const symkin::Mechanism& mechanism,
-                                             symkin::ConstVector parameters, int working_mode,
-                                             symkin::Index leg) {
-  symkin::Leg image = symkin::transform_leg(group, element, mechanism.model(leg).info(),
-                                            {parameters, working_mode});
-  return {std::move(image.parameters), image.working_mode};
-}
-
 // The parameters (legs x p) and working modes of the generated legs.
 std::pair<symkin::RowMatrix, std::vector<int>> generate_legs(
     const SymmetryGroup& group, const std::string& chain, const std::string& platform,
@@ -130,8 +121,7 @@ void bind_verification(py::module_& module) {
       .def_readonly("nearest", &LegDeviation::nearest)
       .def_readonly("parameter", &LegDeviation::parameter)
       .def_readonly("deviation", &LegDeviation::deviation)
-      .def_readonly("in_tolerances", &LegDeviation::in_tolerances)
-      .def_readonly("same_mode", &LegDeviation::same_mode);
+      .def_readonly("in_tolerances", &LegDeviation::in_tolerances);
   py::class_<ElementImage>(module, "ElementImage")
       .def_readonly("element", &ElementImage::element)
       .def_readonly("permutation", &ElementImage::permutation)
@@ -230,9 +220,6 @@ void bind_symmetry(py::module_& module) {
         return symkin::transform_poses(group, element, mechanism.pose_space(), poses);
       },
       py::arg("group"), py::arg("element"), py::arg("mechanism"), py::arg("poses"));
-  module.def("transform_leg", &transform_leg, py::arg("group"), py::arg("element"),
-             py::arg("mechanism"), py::arg("parameters"), py::arg("working_mode"),
-             py::arg("leg") = 0);
   module.def(
       "reading_sign",
       [](SymmetryElement element, const symkin::Mechanism& mechanism, symkin::Index leg) {

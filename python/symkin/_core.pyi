@@ -10,7 +10,7 @@ import numpy
 import numpy.typing
 import symkin.errors
 import typing
-__all__: list[str] = ['AccuracyWeights', 'ActiveJoint', 'Carrier', 'Certificate', 'ChainInfo', 'ClosureRows', 'Criterion', 'CsvColumn', 'CsvTable', 'CsvWords', 'Declaration', 'DetectedSymmetry', 'Diagnosis', 'DrawingConflict', 'ElementImage', 'End', 'Error', 'Estimator', 'FailedFit', 'Fleet', 'FleetTolerances', 'ForwardKinematicsResult', 'FoundPair', 'Frame', 'GoodnessOfFit', 'IMAGE_TOLERANCES', 'Identification', 'ImpossibleLeg', 'Isometry', 'JointFit', 'JointMap', 'LegDeviation', 'LegIdentification', 'LegRows', 'MeasurementNoise', 'MeasurementSet', 'Mechanism', 'NotIdentifiable', 'Observability', 'Observations', 'Observed', 'ObservedRows', 'PairSymmetry', 'ParameterInfo', 'ParameterKind', 'PoseErrors', 'PoseSet', 'PoseUse', 'QuadraticForm', 'ResidualTest', 'RowFit', 'RowKind', 'Selection', 'SelectionMethod', 'SelectionOptions', 'Setup', 'Simulation', 'SingularityMeasures', 'Suspect', 'SymmetryElement', 'SymmetryFrame', 'SymmetryGroup', 'SymmetryMismatch', 'SymmetryPair', 'SymmetryTolerance', 'Tolerances', 'WorkspaceOptions', 'WorkspaceRejections', 'WorkspaceSample', 'WorkspaceSymmetry', 'accuracy_weights', 'analyse_observability', 'apart', 'binding_closures', 'carried_derivatives', 'carried_leg', 'chain_info', 'chain_names', 'chi_square_tail', 'closure', 'command_errors', 'continued', 'csv_cells', 'csv_number', 'declare_chain', 'detect_symmetry', 'diagnose', 'disturb', 'drawing_conflict', 'expected_accuracy', 'f_tail', 'find_pairs', 'fit_jointly', 'fleet_tolerances', 'forward_kinematics', 'generate_legs', 'generating_elements', 'identify', 'identify_many', 'image_of_legs', 'inside_workspace', 'inverse_kinematics', 'joints_at', 'joints_at_home', 'largest_errors', 'left_unexplained', 'leg_carriers', 'linearise', 'loss_bend', 'loss_names', 'measurement_errors', 'mechanism_rows', 'mixed_quantile', 'noncentral_chi_square', 'observability_group', 'observability_rows', 'observed_rows', 'on_constraint', 'open_coordinates', 'pair_of', 'parameter_jacobian', 'pose_jacobian', 'projected_effects', 'reach_margin', 'reading_sign', 'redundant_scalars', 'sample_workspace', 'select_poses', 'simulate', 'singularity_measures', 'starting_poses', 'student_limit', 'symmetry_deviations', 'transform_leg', 'transform_poses', 'unknown_names', 'verify_symmetry', 'verify_workspace_symmetry', 'with_starting_frames']
+__all__: list[str] = ['AccuracyWeights', 'Carrier', 'Certificate', 'ChainInfo', 'ClosureRows', 'Criterion', 'CsvColumn', 'CsvTable', 'CsvWords', 'Declaration', 'DetectedSymmetry', 'Diagnosis', 'DrawingConflict', 'ElementImage', 'End', 'Error', 'Estimator', 'FailedFit', 'Fleet', 'FleetTolerances', 'ForwardKinematicsResult', 'FoundPair', 'Frame', 'GoodnessOfFit', 'IMAGE_TOLERANCES', 'Identification', 'ImpossibleLeg', 'Isometry', 'JointFit', 'JointMap', 'LegDeviation', 'LegIdentification', 'LegRows', 'MeasurementNoise', 'MeasurementSet', 'Mechanism', 'NotIdentifiable', 'Observability', 'Observations', 'Observed', 'ObservedRows', 'PairSymmetry', 'ParameterInfo', 'ParameterKind', 'PoseErrors', 'PoseSet', 'PoseUse', 'QuadraticForm', 'ResidualTest', 'RowFit', 'RowKind', 'Selection', 'SelectionMethod', 'SelectionOptions', 'Setup', 'Simulation', 'SingularityMeasures', 'Suspect', 'SymmetryElement', 'SymmetryFrame', 'SymmetryGroup', 'SymmetryMismatch', 'SymmetryPair', 'SymmetryTolerance', 'Tolerances', 'WorkspaceOptions', 'WorkspaceRejections', 'WorkspaceSample', 'WorkspaceSymmetry', 'accuracy_weights', 'analyse_observability', 'apart', 'binding_closures', 'carried_derivatives', 'carried_leg', 'chain_info', 'chain_names', 'chi_square_tail', 'closure', 'command_errors', 'continued', 'csv_cells', 'csv_number', 'declare_chain', 'detect_symmetry', 'diagnose', 'disturb', 'drawing_conflict', 'expected_accuracy', 'f_tail', 'find_pairs', 'fit_jointly', 'fleet_tolerances', 'forward_kinematics', 'generate_legs', 'generating_elements', 'identify', 'identify_many', 'image_of_legs', 'inside_workspace', 'inverse_kinematics', 'joints_at', 'joints_at_home', 'largest_errors', 'left_unexplained', 'leg_carriers', 'linearise', 'loss_bend', 'loss_names', 'measurement_errors', 'mechanism_rows', 'mixed_quantile', 'noncentral_chi_square', 'observability_group', 'observability_rows', 'observed_rows', 'on_constraint', 'open_coordinates', 'pair_of', 'parameter_jacobian', 'pose_jacobian', 'reach_margin', 'reading_sign', 'redundant_scalars', 'sample_workspace', 'select_poses', 'simulate', 'singularity_measures', 'starting_poses', 'student_limit', 'symmetry_deviations', 'transform_poses', 'unknown_names', 'verify_symmetry', 'verify_workspace_symmetry', 'with_starting_frames']
 class AccuracyWeights:
     @property
     def evaluated(self) -> int:
@@ -24,20 +24,6 @@ class AccuracyWeights:
     @property
     def position(self) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
         ...
-class ActiveJoint(enum.Enum):
-    angle_about_axis = 7
-    angle_from_meridian = 8
-    angle_in_base = 0
-    angle_in_platform = 1
-    distance = 5
-    elbow_angle = 2
-    joint_travel = 11
-    joint_turn = 9
-    mirrored_joint_travel = 12
-    mirrored_joint_turn = 10
-    travel_from_point = 6
-    travel_on_base = 3
-    travel_on_platform = 4
 class Carrier:
     @property
     def element(self) -> SymmetryElement:
@@ -69,9 +55,6 @@ class Certificate:
         ...
 class ChainInfo:
     def is_angular(self, parameter: ParameterInfo) -> bool:
-        ...
-    @property
-    def active_joint(self) -> ActiveJoint:
         ...
     @property
     def closures(self) -> int:
@@ -492,9 +475,6 @@ class LegDeviation:
     @property
     def parameter(self) -> str:
         ...
-    @property
-    def same_mode(self) -> bool:
-        ...
 class LegIdentification:
     @property
     def condition(self) -> float:
@@ -594,9 +574,6 @@ class Mechanism:
         ...
     @property
     def redundant(self) -> bool:
-        ...
-    @property
-    def underdetermined(self) -> bool:
         ...
 class NotIdentifiable(symkin.errors.NotIdentifiableError):
     pass
@@ -733,9 +710,6 @@ class QuadraticForm:
     def quantile(self, probability: typing.SupportsFloat | typing.SupportsIndex, noise_degrees: typing.SupportsFloat | typing.SupportsIndex = ...) -> float:
         ...
     def tail(self, values: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, 1]"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"]:
-        ...
-    @property
-    def effective_degrees(self) -> float:
         ...
     @property
     def mean(self) -> float:
@@ -1285,8 +1259,6 @@ def parameter_jacobian(mechanism: Mechanism, leg: typing.SupportsInt | typing.Su
     ...
 def pose_jacobian(mechanism: Mechanism, poses: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]", "flags.c_contiguous"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
     ...
-def projected_effects(effects: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]", "flags.c_contiguous"], by_frames: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]", "flags.c_contiguous"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
-    ...
 def reach_margin(mechanism: Mechanism, poses: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]", "flags.c_contiguous"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
     ...
 def reading_sign(element: SymmetryElement, mechanism: Mechanism, leg: typing.SupportsInt | typing.SupportsIndex = 0) -> float:
@@ -1310,8 +1282,6 @@ def starting_poses(mechanism: Mechanism, setup: Setup, observations: Observation
 def student_limit(probability: typing.SupportsFloat | typing.SupportsIndex, degrees: typing.SupportsFloat | typing.SupportsIndex) -> float:
     ...
 def symmetry_deviations(mechanism: Mechanism, group: SymmetryGroup, tolerance: SymmetryTolerance = ...) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
-    ...
-def transform_leg(group: SymmetryGroup, element: SymmetryElement, mechanism: Mechanism, parameters: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"], working_mode: typing.SupportsInt | typing.SupportsIndex, leg: typing.SupportsInt | typing.SupportsIndex = 0) -> tuple[typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, 1]"], int]:
     ...
 def transform_poses(group: SymmetryGroup, element: SymmetryElement, mechanism: Mechanism, poses: typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]", "flags.c_contiguous"]) -> typing.Annotated[numpy.typing.NDArray[numpy.float64], "[m, n]"]:
     ...

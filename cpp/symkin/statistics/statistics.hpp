@@ -6,5 +6,4 @@
 #include "symkin/statistics/drawing_conflict.hpp"
 #include "symkin/statistics/fleet_tolerances.hpp"
 #include "symkin/statistics/largest_error.hpp"
-#include "symkin/statistics/projected_effects.hpp"
 #include "symkin/statistics/quadratic_form.hpp"

@@ -7,7 +7,6 @@
 
 #include "statistics/promised_numbers.hpp"
 #include "symkin/statistics/distributions.hpp"
-#include "symkin/statistics/projected_effects.hpp"
 #include "symkin/support/error.hpp"
 
 namespace symkin {
@@ -94,22 +93,6 @@ TEST(LargestError, RefusesWhatDoesNotFit) {
   LargestErrorOptions options;
   options.probability = 1;
   EXPECT_THROW(bound(reference(), options), InvalidInput);
-}
-
-TEST(ProjectedEffects, LeaveNothingThatFramesExplain) {
-  const RowMatrix effects = reference().rows;
-  const RowMatrix frames = effects.leftCols(3);
-  const RowMatrix left = projected_effects(effects, frames);
-  EXPECT_LT(left.leftCols(3).cwiseAbs().maxCoeff(), 1e-15);
-  EXPECT_LT((frames.transpose() * left).cwiseAbs().maxCoeff(), 1e-16);
-  // What is left is not changed by projecting again, nor by frames that say the same twice.
-  RowMatrix twice(frames.rows(), 6);
-  twice << frames, 1e3 * frames;
-  EXPECT_LT((projected_effects(effects, twice) - left).cwiseAbs().maxCoeff(), 1e-15);
-}
-
-TEST(ProjectedEffects, RefuseRowsOfOtherPoses) {
-  EXPECT_THROW(projected_effects(RowMatrix::Ones(4, 2), RowMatrix::Ones(6, 1)), InvalidInput);
 }
 
 }  // namespace

@@ -206,11 +206,6 @@ def _of_core(mechanism: symkin.Mechanism, poses: np.ndarray) -> Iterator[Call]:
         lambda home: _core.find_pairs(core, home).continuous_base,
     )
     yield Call(
-        "_core.transform_leg",
-        {"parameters": core.parameters[0]},
-        lambda parameters: _core.transform_leg(group, element, core, parameters, 1),
-    )
-    yield Call(
         "_core.generate_legs",
         {"parameters": core.parameters[0]},
         lambda parameters: _core.generate_legs(
@@ -689,11 +684,6 @@ def _of_statistics() -> Iterator[Call]:
         "_core.mixed_quantile",
         {"mean_square": effects.T @ effects, "covariances": np.tile(covariance, (3, 1))},
         lambda mean_square, covariances: _core.mixed_quantile(mean_square, covariances, 0.95),
-    )
-    yield Call(
-        "_core.projected_effects",
-        {"effects": effects, "by_frames": random.normal(size=(12, 2))},
-        _core.projected_effects,
     )
     yield Call(
         "_core.largest_errors",
