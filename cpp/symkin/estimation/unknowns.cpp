@@ -308,7 +308,7 @@ void Layout::check(const Mechanism& mechanism, const Setup& setup) const {
   if (!(prior.array() > 0).all()) {
     throw InvalidInput("a prior's standard deviation is not positive");
   }
-  if ((relations.size() > 0 && relations.cols() != columns()) || !relations.allFinite()) {
+  if ((relations.rows() > 0 && relations.cols() != columns()) || !relations.allFinite()) {
     throw InvalidInput("priors of several columns are " + std::to_string(relations.rows()) + " x " +
                        std::to_string(relations.cols()) + "; expected finite rows of " +
                        std::to_string(columns()));

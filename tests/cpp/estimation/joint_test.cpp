@@ -282,6 +282,18 @@ TEST(Layout, TiesOfFactorOneDoWhatASharedColumnDoes) {
   EXPECT_THROW(fit_jointly(nominal, setup, observations, tied, options), InvalidInput);
 }
 
+TEST(Layout, RefusesPriorsOfOtherColumns) {
+  const Mechanism nominal = testing::paper_3rrr();
+  const symkin::Setup setup = symkin::Setup::of(nominal);
+  Layout layout = Layout::of_all_parameters(nominal, setup);
+  for (const Index columns : {Index{0}, layout.columns() - 1, layout.columns() + 1}) {
+    layout.relations = RowMatrix::Ones(1, columns);
+    EXPECT_THROW(layout.check(nominal, setup), InvalidInput) << columns;
+  }
+  layout.relations = RowMatrix::Ones(1, layout.columns());
+  EXPECT_NO_THROW(layout.check(nominal, setup));
+}
+
 TEST(Layout, RefusesScalarsThatTheMechanismDoesNotHave) {
   const Mechanism nominal = testing::paper_3rrr();
   const symkin::Setup setup = symkin::Setup::of(nominal);
