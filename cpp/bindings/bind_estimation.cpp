@@ -138,10 +138,11 @@ void bind_simulation(py::module_& module) {
       });
   py::class_<PoseSet>(module, "PoseSet")
       .def(py::init([](symkin::Index leg, symkin::RowMatrix poses, symkin::Index wanted,
-                       symkin::Index together) {
-             return PoseSet{leg, std::move(poses), wanted, together};
+                       symkin::Index together, symkin::RowMatrix readings) {
+             return PoseSet{leg, std::move(poses), wanted, together, std::move(readings)};
            }),
-           py::arg("leg"), py::arg("poses"), py::arg("wanted"), py::arg("together") = 1);
+           py::arg("leg"), py::arg("poses"), py::arg("wanted"), py::arg("together") = 1,
+           py::arg("readings") = symkin::RowMatrix());
   py::class_<Simulation>(module, "Simulation")
       .def_readonly("measurements", &Simulation::measurements)
       .def_readonly("rows", &Simulation::rows)

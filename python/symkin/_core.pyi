@@ -692,7 +692,7 @@ class PoseErrors:
     def position_rms(self) -> float:
         ...
 class PoseSet:
-    def __init__(self, leg: typing.SupportsInt | typing.SupportsIndex, poses: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], wanted: typing.SupportsInt | typing.SupportsIndex, together: typing.SupportsInt | typing.SupportsIndex = 1) -> None:
+    def __init__(self, leg: typing.SupportsInt | typing.SupportsIndex, poses: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"], wanted: typing.SupportsInt | typing.SupportsIndex, together: typing.SupportsInt | typing.SupportsIndex = 1, readings: typing.Annotated[numpy.typing.ArrayLike, numpy.float64, "[m, n]"] = ...) -> None:
         ...
 class PoseUse(enum.Enum):
     all = 0

@@ -66,6 +66,10 @@ RowMatrix sensed(const Mechanism& actual, const ForwardKinematicsResult& taken,
   return readings;
 }
 
+RowMatrix told_joints(const Mechanism& model, const PoseSet& set) {
+  return set.readings.size() == 0 ? inverse_kinematics(model, set.poses) : set.readings;
+}
+
 void check_set(const Mechanism& mechanism, const PoseSet& set, std::size_t number) {
   const std::string where = "pose set " + std::to_string(number);
   if (set.leg < -1 || set.leg >= mechanism.leg_count()) {
@@ -80,6 +84,9 @@ void check_set(const Mechanism& mechanism, const PoseSet& set, std::size_t numbe
     throw InvalidInput(where + " wants " + std::to_string(set.wanted) + " of " +
                        std::to_string(set.poses.rows()) + " poses, of which " +
                        std::to_string(set.together) + " are together; expected a multiple of that");
+  }
+  if (set.readings.size() != 0) {
+    check_readings(mechanism, set.poses.rows(), set.readings);
   }
 }
 
@@ -141,7 +148,7 @@ Simulation simulate(const Mechanism& actual, const Mechanism& model,
     const PoseSet& set = sets[number];
     RowMatrix commanded;
     const ForwardKinematicsResult taken =
-        taken_by(actual, inverse_kinematics(model, set.poses), set.poses, commanded);
+        taken_by(actual, told_joints(model, set), set.poses, commanded);
     const RowMatrix readings = sensed(actual, taken, commanded);
     const std::vector<Index> rows = measurable(set, taken, readings, number + 1);
     Index replaced = 0;

@@ -21,6 +21,7 @@ struct PoseSet {
   RowMatrix poses;
   Index wanted = 0;
   Index together = 1;
+  RowMatrix readings = {};  // that the joints are told, instead of the model's at the poses
 };
 
 struct Simulation {

@@ -407,12 +407,11 @@ def poses_of_mechanism(
     if not len(read):
         raise MeasurementError("no row has readings of all legs, nor a reported pose")
     nowhere = np.full_like(taken.poses, np.nan)
-    readings = mechanism.straightened(taken.readings)
-    alone = Measurements.of(nowhere, readings, pose_space=taken.pose_space).subset(read)
+    alone = Measurements.of(nowhere, taken.readings, pose_space=taken.pose_space).subset(read)
     own = np.array(nowhere)
     own[read] = _core.starting_poses(
         mechanism.straight,
-        core_setup(mechanism.replace(frames=None, curvature=None)),
+        core_setup(mechanism.replace(frames=None)),
         alone.observations(mechanism.noise),
         mechanism.home,
     )

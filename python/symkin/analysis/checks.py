@@ -261,7 +261,7 @@ class CheckResult(Result):
             return self.design
         if len(self.orbits) == 1:
             return "orbits"
-        redundant = self.mechanism.core.redundant
+        redundant = self.mechanism.straight.redundant
         return "legs" if redundant and not self.mechanism.noise.reading else "mechanism"
 
     @property
@@ -420,7 +420,7 @@ def _leg_poses(mechanism: Mechanism, sample: WorkspaceSample) -> tuple[Array, ..
     """Poses carried to each leg by the element that carries its reference leg (Eqs. 14, 22)."""
     rows = pose_rows(sample)
     pairs = core_pairs(mechanism, (each for _, each in leg_carriers(mechanism)))
-    return tuple(pair.transform_poses(mechanism.core, rows) for pair in pairs)
+    return tuple(pair.transform_poses(mechanism.straight, rows) for pair in pairs)
 
 
 def _over_tolerances(mechanism: Mechanism, leg: int, poses: Array) -> Iterator[tuple[str, float]]:

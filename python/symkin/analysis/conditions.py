@@ -323,18 +323,18 @@ def _home_deviations(
                 apart = np.array([readings[leg] - expected])
                 yield float(np.abs(shortest(apart, turn_of(mechanism, leg))).max())
         return
-    for leg, carrier in enumerate(_core.leg_carriers(mechanism.core, group, tolerance)):
+    for leg, carrier in enumerate(_core.leg_carriers(mechanism.straight, group, tolerance)):
         if carrier.reference == leg:
             continue
-        moved = _core.transform_poses(group, carrier.element, mechanism.core, home)
-        sign = _core.reading_sign(carrier.element, mechanism.core)
+        moved = _core.transform_poses(group, carrier.element, mechanism.straight, home)
+        sign = _core.reading_sign(carrier.element, mechanism.straight)
         found = np.array([readings[leg], mechanism.inverse_kinematics(moved)[0, leg]])
         differences = found - sign * readings[carrier.reference]
         yield float(np.abs(shortest(differences, turn_of(mechanism, leg))).max())
 
 
 def _section_4(mechanism: Mechanism, measured: _Figures) -> Iterator[Condition]:
-    legs, dof, unit = len(mechanism.legs), mechanism.core.mobility, mechanism.reading_unit
+    legs, dof, unit = len(mechanism.legs), mechanism.straight.mobility, mechanism.reading_unit
     degrees = f"{legs} legs, {dof} degrees of freedom"
     yield Condition(4, 1, "as many legs as degrees of freedom", legs == dof, degrees)
     chain = legs_in_words(mechanism.legs)

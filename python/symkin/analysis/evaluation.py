@@ -382,7 +382,7 @@ def evaluate(
     elif actual is not None and measurements is None:
         require_same_shape(actual, model)
         rows = pose_rows(sample_workspace(model) if poses is None else poses)
-        errors = _core.command_errors(actual.core, model.core, rows)
+        errors = _command_errors(actual, model, rows)
     else:
         raise SymkinError("evaluate takes `actual`, with or without `poses`, or `measurements`")
     if not errors.evaluated:
@@ -467,13 +467,13 @@ def _instrument(
         "orientation": len(space.rotation) * noise.orientation**2,
     }
     # A mean needs no more rows; a pseudoinverse for each of many takes seconds.
-    some, straight = thinned(np.arange(len(measurements.poses))), model.replace(curvature=None)
-    poses, taken = straight.forward_kinematics(model.straightened(measurements.readings[some]))
+    some = thinned(np.arange(len(measurements.poses)))
+    poses, taken = model.forward_kinematics(measurements.readings[some])
     if not taken.any():
         return None
     there = np.broadcast_to(arm, (int(taken.sum()), 3)) if arm.any() else None
     by_readings = variances_by_readings(
-        straight, measurements.subset(some[taken]), poses[taken], noise.reading, there
+        model, measurements.subset(some[taken]), poses[taken], noise.reading, there
     ).mean(axis=0)
     of_readings = {
         "position": by_readings[: space.size].sum(),
@@ -484,6 +484,14 @@ def _instrument(
         for kind, _ in space.errors
         if of_poses[kind] > 0
     } or None
+
+
+def _command_errors(actual: Mechanism, model: Mechanism, rows: Array) -> _core.PoseErrors:
+    if actual.curvature is None and model.curvature is None:
+        return _core.command_errors(actual.straight, model.straight, rows)
+    poses = _core.on_constraint(model.straight, np.ascontiguousarray(rows))
+    told = actual.straightened(model.inverse_kinematics(poses))
+    return _core.measurement_errors(actual.straight, poses, told)
 
 
 def pose_differences(model: Mechanism, measurements: Measurements) -> Array:

@@ -186,7 +186,7 @@ def measurable_symmetry(
 def _noise_of_closures(mechanism: Mechanism, poses: Array) -> Array:
     """Standard deviation of each leg's closure, as the joint that it says, shape (n, legs)."""
     count = len(mechanism.legs)
-    by_pose = _core.pose_jacobian(mechanism.core, poses).reshape(len(poses), count, -1)
+    by_pose = _core.pose_jacobian(mechanism.straight, poses).reshape(len(poses), count, -1)
     errors = _pose_errors(mechanism, poses)[:, :, mechanism.space.components]
     of_poses = np.square(np.einsum("nlc,nec->nle", by_pose, errors)).sum(axis=2)
     return np.asarray(np.sqrt(of_poses + (mechanism.sensor_gains * mechanism.noise.reading) ** 2))
@@ -235,7 +235,7 @@ def _efficiency(
         others = [each for each in noises if not _in_proportion(each, noise[:, leg])]
         if not others:
             continue
-        rows = _core.parameter_jacobian(mechanism.core, leg, poses)[:, mechanism.estimated[leg]]
+        rows = _core.parameter_jacobian(mechanism.straight, leg, poses)[:, mechanism.estimated[leg]]
         best = _Information.of(rows, noise[:, leg]).best_weights()
         for each in others:
             least = min(least, _Information.of(rows, each).efficiency(best))

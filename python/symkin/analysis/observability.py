@@ -116,7 +116,9 @@ def observability_rows(
     """
     rows = pose_rows(poses)
     row_kind = one_of("kind of rows", kind, _core.RowKind.__members__)
-    return _core.observability_rows(mechanism.core, leg, rows, row_kind, noise_of(mechanism.noise))
+    return _core.observability_rows(
+        mechanism.straight, leg, rows, row_kind, noise_of(mechanism.noise)
+    )
 
 
 def mechanism_rows(
@@ -149,7 +151,7 @@ def mechanism_rows(
     """
     values = pose_rows(poses)
     row_kind = one_of("kind of rows", kind, _core.RowKind.__members__)
-    rows = _core.mechanism_rows(mechanism.core, values, row_kind, noise_of(mechanism.noise))
+    rows = _core.mechanism_rows(mechanism.straight, values, row_kind, noise_of(mechanism.noise))
     return rows.reshape(len(values), len(mechanism.legs) * mechanism.closures, -1)
 
 
@@ -197,13 +199,13 @@ def carried_back(
     if reference == leg or not isinstance(element, SymmetryPair) or not element.tilts:
         return mechanism, leg, poses
     back = element.core.inverse()
-    values, mode = _core.carried_leg(mechanism.core, leg, back, reference)
+    values, mode = _core.carried_leg(mechanism.straight, leg, back, reference)
     named = zip(mechanism.parameter_names, values.tolist(), strict=True)
     legs, own = list(mechanism.legs), mechanism.legs[reference]
     parameters = {name: value for name, value in named if name in own.parameters}
     legs[reference] = dataclasses.replace(own, parameters=parameters, working_mode=mode)
     moved = mechanism.replace(legs=tuple(legs), symmetry=None)
-    return moved, reference, back.transform_poses(mechanism.core, pose_rows(poses))
+    return moved, reference, back.transform_poses(mechanism.straight, pose_rows(poses))
 
 
 def rows_of_leg(
@@ -261,7 +263,7 @@ def expected_accuracy(
         If the mechanism can take none of the poses, or the covariance has another shape.
     """
     rows = pose_rows(poses)
-    weights = _core.accuracy_weights(mechanism.core, rows)
+    weights = _core.accuracy_weights(mechanism.straight, rows)
     given = np.ascontiguousarray(covariance, dtype=np.float64)
     for each in given if given.ndim == 3 else given[None]:
         _core.expected_accuracy(weights, each)  # which refuses another shape
@@ -282,7 +284,7 @@ def error_weight(mechanism: Mechanism, poses: ArrayLike | WorkspaceSample) -> Ar
     counts as the way of a point at the mechanism's characteristic length from the centre, so that
     the error is one length (m).
     """
-    weights = _core.accuracy_weights(mechanism.core, pose_rows(poses))
+    weights = _core.accuracy_weights(mechanism.straight, pose_rows(poses))
     return weights.position + mechanism.characteristic_length**2 * weights.orientation
 
 

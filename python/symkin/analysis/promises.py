@@ -170,7 +170,7 @@ def parameter_effects(mechanism: Mechanism, poses: Array) -> tuple[Array, NDArra
     readings = mechanism.inverse_kinematics(poses)
     by_pose, by_leg = [], []
     for leg, psi in enumerate(readings.T):
-        rows = _core.linearise(mechanism.core, leg, poses, np.ascontiguousarray(psi))
+        rows = mechanism.linearised(leg, poses, psi)
         terms = np.column_stack([psi**2, np.cos(psi), np.sin(psi)])  # of the curvature
         bent = rows.by_parameters[:, [offset]] * np.repeat(terms, k, axis=0)
         by_pose.append(rows.by_pose.reshape(len(poses), k, -1))

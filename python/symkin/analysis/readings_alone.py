@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from symkin import _core
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import transforms
 from symkin.model.tolerances import parameter_tolerances
@@ -55,7 +54,7 @@ def readings_alone(mechanism: Mechanism, poses: Array) -> ReadingsAlone | None:
     Each pose is unknown and takes as many closures as it has degrees of freedom. What moves all
     poses alike, a motion of the base or platform frame or a factor of all lengths, is a datum.
     """
-    if not mechanism.core.redundant:
+    if not mechanism.straight.redundant:
         return None
     readings = mechanism.inverse_kinematics(poses)
     by_unknowns, by_pose = _derivatives(mechanism, poses, readings)
@@ -86,7 +85,7 @@ def _derivatives(mechanism: Mechanism, poses: Array, readings: Array) -> tuple[A
     columns: dict[tuple[int, int], int] = {}
     parts, steps = [], []
     for leg, estimated in enumerate(mechanism.estimated):
-        rows = _core.linearise(mechanism.core, leg, poses, np.ascontiguousarray(readings[:, leg]))
+        rows = mechanism.linearised(leg, poses, readings[:, leg])
         roles = mechanism.parameter_roles(leg)
         own = [(leg if roles[each].of_sensor else owner[leg], int(each)) for each in estimated]
         places = [columns.setdefault(each, len(columns)) for each in own]

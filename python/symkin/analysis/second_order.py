@@ -42,7 +42,7 @@ def second_order(mechanism: Mechanism, leg: int, exact: Sequence[str] = ()) -> d
         parameters = mechanism.parameters.copy()
         parameters[leg] += sizes * random.standard_normal(len(names))
         try:
-            robot = mechanism.core.with_parameters(parameters)
+            robot = mechanism.straight.with_parameters(parameters)
         except SymkinError:  # no such leg is possible
             continue
         rows = _rows(robot, leg, poses)

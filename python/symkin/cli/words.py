@@ -63,7 +63,12 @@ def _no_option(found: re.Match[str], error: Any) -> str:
     name, context = found[1], error.ctx
     if context is None or context.parent is None:
         return f"there is no option {name} here; expected a command first, such as check"
-    own = {flag.lstrip("-") for each in context.command.params for flag in each.opts}
+    flags = {flag for each in context.command.params for flag in each.opts}
+    own = {flag.lstrip("-") for flag in flags if flag.startswith("-")}
+    if name.lstrip("-") in flags:
+        return (
+            f"{context.info_name} takes what {name} would say without it; expected {_whole(error)}"
+        )
     near = did_you_mean(name.lstrip("-"), sorted(own)).replace('"', '"--', 1)
     others = [
         other

@@ -347,7 +347,7 @@ def _columns_for(table: Table, mechanism: Mechanism) -> MeasurementColumns:
     space, legs = mechanism.pose_space, mechanism.reading_count
     columns = own_columns(table, space, legs, partial=True)
     own_names = has_pose(columns) or has_observed_columns(table, space)
-    lacks_pose = not own_names and not mechanism.core.redundant
+    lacks_pose = not own_names and not mechanism.straight.redundant
     has_readings = any(is_present(table, name, None) for name in columns.readings)
     if mapped is None and lacks_pose and mechanism.space.in_space and has_readings:
         open_ = ", ".join(mechanism.open_coordinates)
@@ -411,7 +411,7 @@ def _check_observed(table: Table, measurements: Measurements, mechanism: Mechani
     They do with more legs than degrees of freedom.
     """
     observed = [getattr(measurements, name) for name in OBSERVABLES if name != "readings"]
-    if not mechanism.core.redundant and not any(
+    if not mechanism.straight.redundant and not any(
         each is not None and np.isfinite(each).any() for each in observed
     ):
         raise table.error(

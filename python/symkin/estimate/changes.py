@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from symkin import _core
 from symkin.analysis.conventions import rotations_from_angles
 from symkin.analysis.promises import parameter_effects
 from symkin.data.measurements import Measurements
@@ -96,9 +95,8 @@ def at_rest(found: Found) -> Measurements:
         return measured
     # A leg of other lengths is at the same pose where it is with these and another reading.
     readings, poses = measured.readings.copy(), np.ascontiguousarray(found.latent_poses)
-    straight = robot.replace(frames=None, curvature=None)
     for leg, psi in enumerate(measured.readings.T):
-        rows = _core.linearise(straight.core, leg, poses, np.ascontiguousarray(np.nan_to_num(psi)))
+        rows = robot.linearised(leg, poses, np.nan_to_num(psi))
         along = rows.by_parameters[:: robot.closures] @ _lengths(robot)[leg]
         shift = -along / rows.by_reading[:: robot.closures] * growths[:, leg]
         readings[:, leg] += np.nan_to_num(shift, posinf=0.0, neginf=0.0)
@@ -118,7 +116,7 @@ def _growths(changes: Changes) -> Array | None:
 def _lengths(mechanism: Mechanism) -> Array:
     """Parameters that go with the size of a robot, else zero, shape (legs, p)."""
     lengths = np.zeros(mechanism.parameters.shape)
-    for leg, growing in enumerate(mechanism.core.growing_parameters):
+    for leg, growing in enumerate(mechanism.straight.growing_parameters):
         lengths[leg, growing] = mechanism.parameters[leg, growing]
     return lengths
 

@@ -9,7 +9,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from symkin import _core
 from symkin.estimate.found import Found
 from symkin.estimate.precision import Influence
 from symkin.estimate.problem import KINDS, Rows
@@ -42,7 +41,7 @@ def _legs(found: Found) -> Iterator[_Leg]:
         poses, readings = (
             getattr(found.measurements, name)[fit.rows] for name in ("poses", "readings")
         )
-        at = _core.linearise(robot.core, leg, poses, np.ascontiguousarray(readings[:, leg]))
+        at = robot.linearised(leg, poses, readings[:, leg])
         by_pose = at.by_pose.reshape(len(fit.rows), k, -1)
         by_reading = at.by_reading.reshape(-1, k, 1) * noise.reading
         noisy = (by_pose * variances) @ by_pose.swapaxes(1, 2)

@@ -223,7 +223,7 @@ class Examined(Found[M]):
     @property
     @once
     def expected(self) -> Expected | None:
-        """Errors to expect over the workspace; None without one, or for curved sensors."""
+        """Errors to expect over the workspace; None without one."""
         return Expected.by(self)
 
     @property
@@ -353,21 +353,15 @@ class Examined(Found[M]):
 
     @property
     @once
-    def accuracy_at_poses(self) -> ExpectedAccuracy | None:
-        """The error to expect at the measured poses by what is uncertain, and nothing assumed.
-
-        None for curved sensors.
-        """
-        if self.mechanism.curvature is not None:
-            return None
+    def accuracy_at_poses(self) -> ExpectedAccuracy:
+        """The error to expect at the measured poses by what is uncertain, and nothing assumed."""
         return self.expected_accuracy(assumed=False)
 
     @property
     @once
-    def expected_at_poses(self) -> ExpectedAccuracy | None:
+    def expected_at_poses(self) -> ExpectedAccuracy:
         """The same with what is assumed."""
-        known = self.accuracy_at_poses
-        return self.expected_accuracy() if known is not None and self.assumed else known
+        return self.expected_accuracy() if self.assumed else self.accuracy_at_poses
 
     def predicting(self, unseen: Measurements) -> _core.JointFit:
         """Fit the latent poses of further observations alone, everything else as estimated.

@@ -244,7 +244,7 @@ def why_together(
         return "the noise differs along the device's direction"
     if (noise or mechanism.noise).per_metre:
         return "the noise grows with the distance from the device"
-    return "the sensors are curved" if mechanism.curvature is not None else ""
+    return ""
 
 
 @checks()

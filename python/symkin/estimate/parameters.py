@@ -108,13 +108,11 @@ def unknowns_of(
     that the observations alone do not show, one a column.
     """
     # What was not said to be anywhere has no nominal place.
-    curved = nominal.curvature is not None
-    straight = nominal.replace(curvature=None) if curved else nominal
     given = nominal.frames or Frames()
     count = sum(name.startswith("point") and name.endswith(".x") for name in layout.scalars)
     points = (*given.points, *((),) * (count - len(given.points)))
-    whole = straight.replace(frames=dataclasses.replace(given, points=points))
-    of_drawing = scalar_values(core_setup(whole, nominal.curvature))
+    whole = nominal.replace(frames=dataclasses.replace(given, points=points))
+    of_drawing = scalar_values(core_setup(whole))
     drawn = np.zeros(len(layout.scalars))  # of what changes with the rows nothing is drawn
     drawn[: len(of_drawing)] = of_drawing
     places = {"base": given.base, "target": given.target, "plane": given.plane}

@@ -170,10 +170,8 @@ class Expected(Value):
 
     @classmethod
     def by(cls, found: Found) -> Expected | None:
-        """Over the calibrated mechanism's workspace; None without one, or for curved sensors."""
+        """Over the calibrated mechanism's workspace; None without one."""
         robot, of = found.mechanism, found.options.of
-        if robot.curvature is not None:
-            return None
         try:
             poses = expected_over(robot, of)
             survey, known = promising(found, robot)

@@ -160,16 +160,14 @@ class Problem:
         mechanism = _with_surroundings(mechanism, measurements)
         if options.bow is not None:
             mechanism = with_bed_radius(mechanism, _touched(mechanism, measurements))
-        curved = mechanism.curvature is not None
-        straight = mechanism.replace(curvature=None) if curved else mechanism
         marked = "base" in options.frames and Seen.of(measurements).marked
-        placed = _with_ruler(straight, measurements) if marked else straight
-        covariates = options.covariates(straight, measurements)
+        placed = _with_ruler(mechanism, measurements) if marked else mechanism
+        covariates = options.covariates(mechanism, measurements)
         slopes = slopes_of(covariates, len(mechanism.legs))
-        setup = core_setup(placed, mechanism.curvature, slopes)
-        layout = (lay_out or layout_of)(straight, setup, options, readings, covariates)
+        setup = core_setup(placed, slopes)
+        layout = (lay_out or layout_of)(mechanism, setup, options, readings, covariates)
         noise = options.declared(mechanism.noise)
-        made = cls(straight, setup, layout, measurements, noise, options, covariates)
+        made = cls(mechanism, setup, layout, measurements, noise, options, covariates)
         made = made if marked else made._with_frames()
         return made._moved(layout.shift)
 

@@ -180,10 +180,10 @@ def _require(found: Found[Mechanism], symmetries: int) -> None:
     deviations = np.isfinite(found.deviations) & (found.deviations > 0)
     if symmetries < 2:
         raise SymkinError(f'"{nominal.name}" has no symmetry that keeps its modes and home')
-    if nominal.not_leg_by_leg:
+    in_common = nominal.replace(curvature=None).not_leg_by_leg
+    if in_common:
         raise SymkinError(
-            f"{nominal.not_leg_by_leg}, so that it has numbers in common with others of them: not "
-            "tested"
+            f"{in_common}, so that it has numbers in common with others of them: not tested"
         )
     if found.options.prior is not None or found.rank > found.data_rank:
         raise SymkinError(
@@ -202,7 +202,7 @@ class _Legs:
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
         count = len(mechanism.parameter_names)
-        self.estimated = mechanism.core.estimated_parameters
+        self.estimated = mechanism.straight.estimated_parameters
         self.columns = np.array(
             [leg * count + place for leg, own in enumerate(self.estimated) for place in own]
         )
@@ -214,10 +214,10 @@ class _Legs:
     def derivatives(self, poses: Array) -> list[_Closures]:
         """Of each leg; not numbers where it does not reach."""
         mechanism = self.mechanism
-        readings = mechanism.inverse_kinematics(poses)
+        readings = mechanism.straightened(mechanism.inverse_kinematics(poses))
         of_legs = []
         for leg, own in enumerate(self.estimated):
-            rows = _core.linearise(mechanism.core, leg, poses, readings[:, leg].copy())
+            rows = _core.linearise(mechanism.straight, leg, poses, readings[:, leg].copy())
             by_joint = rows.by_reading[:, None] / mechanism.sensor_gains[leg]
             moves = np.hstack([rows.by_pose, by_joint])
             errors = rows.by_parameters[:, own] * self.table[leg, own]

@@ -86,7 +86,7 @@ def ties_by_role(mechanism: Mechanism, name: str) -> tuple[str, ...]:
                 f'tie "{name}{_BY_ROLE}": leg{leg + 1}.{name} goes with lengths and angles of leg '
                 f"{origin + 1}, since it is carried by a {image.element.words}"
             )
-        carried, _ = _core.carried_leg(mechanism.core, origin, image.element.core, leg)
+        carried, _ = _core.carried_leg(mechanism.straight, origin, image.element.core, leg)
         rest = float(carried[place]) - sum(
             by * float(mechanism.parameters[origin, each]) for by, each in terms
         )

@@ -283,7 +283,7 @@ class Survey(Value):
         )
         taken = observations_of(self.observed.exact(exact), mechanism.noise, self.covariates)
         places = np.where(reached[:, None], poses, np.nan)
-        return layout.rows_of(mechanism.core, self._setup, taken, places)
+        return layout.rows_of(mechanism.straight, self._setup, taken, places)
 
     @property
     def _setup(self) -> _core.Setup:
@@ -309,7 +309,7 @@ class Survey(Value):
         problem = Problem.of(self.mechanism, measured, self.options)
         setup, seen = problem.setup, problem.observations
         places = starting_poses(self.mechanism, setup, measured, seen)
-        rows = layout.rows_of(self.mechanism.core, setup, seen, places)
+        rows = layout.rows_of(self.mechanism.straight, setup, seen, places)
         found = np.isfinite(rows).all(axis=(1, 2))
         return rows[found], places[found]
 

@@ -145,7 +145,7 @@ class Layout(Value):
             For a pattern that matches nothing, naming the nearest name; for a prior of what is not
             free; if nothing is free.
         """
-        scalars = tuple(_core.unknown_names(mechanism.core, setup))
+        scalars = tuple(_core.unknown_names(mechanism.straight, setup))
         per = per or {}
         units = units_of(mechanism, scalars, per)
         one_of("sensor", sensor, Sensor)

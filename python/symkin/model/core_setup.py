@@ -28,9 +28,7 @@ class Slopes(NamedTuple):
     base: Array
 
 
-def core_setup(
-    mechanism: Mechanism, curvature: Array | None = None, slopes: Slopes | None = None
-) -> _core.Setup:
+def core_setup(mechanism: Mechanism, slopes: Slopes | None = None) -> _core.Setup:
     """The mechanism and its frames as the core takes them."""
     count = len(mechanism.legs)
     slopes = slopes or Slopes((), np.zeros((count, 0)), (), np.zeros((0, 6)))
@@ -39,8 +37,8 @@ def core_setup(
     plane = np.array([0.0, 0.0, 0.0, 0.0, 1.0])  # a bow of zero, at any radius
     plane[: len(frames.plane)] = frames.plane
     return _core.Setup(
-        mechanism.core,
-        np.zeros((len(mechanism.legs), 3)) if curvature is None else np.asarray(curvature),
+        mechanism.straight,
+        np.zeros((count, 3)) if mechanism.curvature is None else mechanism.curvature,
         to_core(base),
         to_core(target),
         _in_space(frames.points),
@@ -97,7 +95,7 @@ def frames_of(mechanism: Mechanism, setup: _core.Setup) -> Frames:
 
 def scalar_names(mechanism: Mechanism, setup: _core.Setup) -> tuple[str, ...]:
     """Names of all scalars of a setup, see `scalar_values`; empty for one that is not there."""
-    return tuple(_core.unknown_names(mechanism.core, setup))
+    return tuple(_core.unknown_names(mechanism.straight, setup))
 
 
 def scalar_values(setup: _core.Setup) -> Array:

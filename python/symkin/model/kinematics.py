@@ -3,6 +3,9 @@
 
 from __future__ import annotations
 
+import operator
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
@@ -11,13 +14,34 @@ from symkin.errors import MechanismError
 from symkin.model.poses import POSE_SPACES, pose_rows, poses_from_bounds, wrong_quaternion
 from symkin.values import Array
 
-__all__ = ["Kinematics"]
+__all__ = ["ClosureRows", "Kinematics"]
 
 
 # Newton's, from a straight sensor's reading to a curved one's.
 _STEPS = 20
 _MISSED = 1e-9
 _STRAYED = 10  # as far from closing as other poses: the least of squares, but not the least of all
+
+
+class ClosureRows(NamedTuple):
+    """A leg's closures, k rows a pose, and their derivatives.
+
+    Attributes
+    ----------
+    closure : ndarray, shape (k N,)
+        m.
+    by_pose : ndarray, shape (k N, dof)
+        Per m and rad.
+    by_reading : ndarray, shape (k N,)
+        Per unit of the sensor.
+    by_parameters : ndarray, shape (k N, p)
+        Per unit of each parameter.
+    """
+
+    closure: Array
+    by_pose: Array
+    by_reading: Array
+    by_parameters: Array
 
 
 class Kinematics:
@@ -40,8 +64,8 @@ class Kinematics:
         raise NotImplementedError
 
     @property
-    def core(self) -> _core.Mechanism:
-        """The mechanism in the core, whose sensors are straight."""
+    def parameter_names(self) -> tuple[str, ...]:
+        """Names of the columns of the parameters."""
         raise NotImplementedError
 
     @property
@@ -64,8 +88,15 @@ class Kinematics:
         bend = quadratic * rows**2 + cosine * np.cos(rows) + sine * np.sin(rows)
         return np.asarray(rows + bend / self.sensor_gains)
 
-    def _curved(self, straight: Array) -> Array:
-        """Readings whose `straightened` ones these are; NaN where there are none nearby."""
+    def curved(self, straight: ArrayLike) -> Array:
+        """What the sensors show where straight ones show these readings, (N, legs).
+
+        Returns
+        -------
+        ndarray, shape (N, legs)
+            The readings whose `straightened` ones these are; NaN where there are none nearby.
+        """
+        straight = pose_rows(straight)
         if self.curvature is None:
             return straight
         found = straight
@@ -105,7 +136,7 @@ class Kinematics:
             In the sensor's unit, angles within half a turn of the reading at home; NaN where a leg
             cannot reach.
         """
-        return self._curved(_core.inverse_kinematics(self.straight, self._poses(poses)))
+        return self.curved(_core.inverse_kinematics(self.straight, self._poses(poses)))
 
     def forward_kinematics(
         self, readings: ArrayLike, start: ArrayLike | None = None
@@ -172,13 +203,48 @@ class Kinematics:
         ndarray, shape (N,), or (N, k) where a leg has k closures
             m.
         """
-        own = np.atleast_1d(np.ascontiguousarray(readings, dtype=np.float64))
-        if self.curvature is not None:
-            every = np.zeros((len(own), len(self.curvature)))
-            every[:, leg] = own
-            own = np.ascontiguousarray(self.straightened(every)[:, leg])
+        own = self._straight(leg, readings)
         values = _core.closure(self.straight, leg, self._poses(poses), own)
         return values if self.closures == 1 else values.reshape(-1, self.closures)
+
+    def _straight(self, leg: int, readings: ArrayLike) -> Array:
+        """`straightened` readings of one leg, (N,)."""
+        own = np.atleast_1d(np.ascontiguousarray(readings, dtype=np.float64))
+        if self.curvature is None:
+            return own
+        if operator.index(leg) not in range(len(self.curvature)):
+            last = len(self.curvature) - 1
+            raise MechanismError(f"leg {leg} does not exist; expected 0 to {last}")
+        every = np.zeros((len(own), len(self.curvature)))
+        every[:, leg] = own
+        return np.ascontiguousarray(self.straightened(every)[:, leg])
+
+    def linearised(self, leg: int, poses: ArrayLike, readings: ArrayLike) -> ClosureRows:
+        """Closures of a leg (from 0) at poses and at its readings, shape (N,), and derivatives.
+
+        Returns
+        -------
+        ClosureRows
+            In m, per m, rad and units of the sensor.
+        """
+        read = np.atleast_1d(np.ascontiguousarray(readings, dtype=np.float64))
+        rows = self._poses(poses)
+        made = _core.linearise(self.straight, leg, rows, self._straight(leg, read))
+        by_reading, by_parameters = made.by_reading, made.by_parameters
+        if self.curvature is not None:
+            every = np.zeros((len(read), len(self.curvature)))
+            every[:, leg] = read
+            slopes = self._straightening(every)[:, leg]
+            by_reading = by_reading * np.repeat(slopes, self.closures)
+            by_parameters = self._by_own_gain(by_parameters, np.repeat(read, self.closures))
+        return ClosureRows(made.closure, made.by_pose, by_reading, by_parameters)
+
+    def _by_own_gain(self, by_parameters: Array, readings: Array) -> Array:
+        """Derivatives by a gain that multiplies these readings, and not the `straightened` ones."""
+        gain, offset = map(self.parameter_names.index, ("sensor_gain", "sensor_offset"))
+        found = by_parameters.copy()
+        found[:, gain] = found[:, offset] * readings
+        return found
 
     def closure_error(self, leg: int, poses: ArrayLike, readings: ArrayLike) -> Array:
         """The same as one number a pose: of several closures their root mean square.
@@ -219,7 +285,13 @@ class Kinematics:
         ndarray, shape (N, p)
             In sensor units per parameter unit.
         """
-        return _core.parameter_jacobian(self.core, leg, self._poses(poses))
+        rows = self._poses(poses)
+        found = _core.parameter_jacobian(self.straight, leg, rows)
+        if self.curvature is None:
+            return found
+        readings = self.inverse_kinematics(rows)
+        slopes = self._straightening(readings)[:, [leg]]
+        return np.asarray(self._by_own_gain(found, readings[:, leg]) / slopes)
 
     def pose_jacobian(self, poses: ArrayLike) -> Array:
         """dg/dpose of all legs at the inverse kinematics, shape (N, legs, dof).
@@ -253,7 +325,7 @@ class Kinematics:
             is by default the workspace's, else the mean platform radius.
         """
         length = characteristic_length or self.characteristic_length
-        measures = _core.singularity_measures(self.core, self._poses(poses), length)
+        measures = _core.singularity_measures(self.straight, self._poses(poses), length)
         return measures.serial, measures.parallel, measures.condition
 
     def _poses(self, poses: ArrayLike) -> Array:

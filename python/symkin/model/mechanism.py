@@ -274,7 +274,7 @@ class Mechanism(Kinematics):
 
     @property
     def core(self) -> _core.Mechanism:
-        """The mechanism in the core, whose sensors are straight.
+        """The mechanism in the core, for what knows straight sensors alone.
 
         Raises
         ------
@@ -284,7 +284,7 @@ class Mechanism(Kinematics):
         if self.curvature is not None:
             raise MechanismError(
                 f'the sensors of "{self.name}" are not straight lines; expected straight ones: '
-                "curved ones are for kinematics, estimates, and errors at measured poses"
+                "identification leg by leg has no terms for curved ones"
             )
         return self.straight
 
@@ -363,7 +363,9 @@ class Mechanism(Kinematics):
         """Why no leg can be identified by itself, from full poses; empty where they can."""
         if not self.is_read.all():
             return "closures of a leg have no reading"
-        return "several joints of a leg are read" if self.ties else ""
+        if self.ties:
+            return "several joints of a leg are read"
+        return "the sensors are curved" if self.curvature is not None else ""
 
     @property
     def pose_space(self) -> str:
@@ -451,7 +453,7 @@ class Mechanism(Kinematics):
         `identify` may free, and of a guide in space
         that coordinate of its point along which it runs, since the sensor's offset does the same.
         """
-        columns = self.core.estimated_parameters
+        columns = self.straight.estimated_parameters
         return tuple(read_only(np.array(each, dtype=np.intp)) for each in columns)
 
     @property

@@ -28,4 +28,4 @@ def parameter_tolerances(mechanism: Mechanism) -> Array:
     """Tolerance of every parameter, shape (legs, p); zero of those that are held."""
     tolerances = tolerances_of(mechanism.tolerances)
     legs = range(len(mechanism.legs))
-    return np.array([tolerances.deviations(mechanism.core, leg) for leg in legs])
+    return np.array([tolerances.deviations(mechanism.straight, leg) for leg in legs])

@@ -36,7 +36,7 @@ def disturb(mechanism: Mechanism, seed: int) -> Mechanism:
 
 
 def _parameters(mechanism: Mechanism, seed: int) -> Array:
-    made = _core.disturb(mechanism.core, tolerances_of(mechanism.tolerances), seed)
+    made = _core.disturb(mechanism.straight, tolerances_of(mechanism.tolerances), seed)
     values = made.parameters
     links = [not role.of_sensor for role in mechanism.parameter_roles(0)]
     for first, *others in mechanism.leg_readings:  # of one leg, which is made once
@@ -54,7 +54,7 @@ def poses_taken(mechanism: Mechanism, poses: Array) -> list[Array]:
     readings = mechanism.inverse_kinematics(poses)
     found = []
     for seed in range(_FIRST_SEED, _FIRST_SEED + _ROBOTS):
-        robot = mechanism.core.with_parameters(_parameters(mechanism, seed))
+        robot = mechanism.straight.with_parameters(_parameters(mechanism, seed))
         taken = np.array(_core.forward_kinematics(robot, readings, poses).poses)
         known = np.isfinite(taken).all(axis=1)
         taken[~known] = poses[~known]

@@ -162,7 +162,7 @@ class LegRows:
         orbit: Sequence[Carrying | str] = ("r0",),
     ) -> None:
         self.core = _core.LegRows(
-            mechanism.core,
+            mechanism.straight,
             leg,
             pose_rows(poses),
             one_of("kind of rows", kind, _core.RowKind.__members__),
@@ -534,7 +534,7 @@ def allowed_candidates(
     allowed = np.ones(len(poses), dtype=np.bool_)
     settings = mechanism.workspace
     if settings is not None and kept.reach_margin > least_reach_margin(mechanism):
-        margins = _core.reach_margin(mechanism.core, poses).min(axis=1)
+        margins = _core.reach_margin(mechanism.straight, poses).min(axis=1)
         allowed &= margins >= kept.reach_margin
     if settings is not None and kept.conditioning_limit < settings.conditioning_limit:
         if conditions is None:

@@ -166,17 +166,21 @@ def simulate_observed(
     made = actual is None
     actual = disturb(mechanism, seed) if actual is None else actual
     require_same_shape(actual, mechanism)
-    sets = [
-        _core.PoseSet(leg, plan.poses[rows], wanted, _together(observed, len(rows), wanted))
-        for leg, rows, wanted in _sets(plan)
-    ]
-    as_usual = observed == _FULL_POSES and not changes and not mechanism.noise.varies
+    curved = mechanism.curvature is not None or actual.curvature is not None
+    sets = []
+    for leg, rows, wanted in _sets(plan):
+        poses = plan.poses[rows]
+        told = actual.straightened(mechanism.inverse_kinematics(poses)) if curved else poses[:0]
+        together = _together(observed, len(rows), wanted)
+        sets.append(_core.PoseSet(leg, poses, wanted, together, told))
+    as_usual = not curved and observed == _FULL_POSES and not changes
+    as_usual = as_usual and not mechanism.noise.varies
     noise = mechanism.noise if as_usual else NO_NOISE
-    result = _core.simulate(actual.core, mechanism.core, sets, noise_of(noise), seed)
+    result = _core.simulate(actual.straight, mechanism.straight, sets, noise_of(noise), seed)
     taken = result.measurements
     measurements = Measurements(
         taken.poses,
-        turned_into_table(mechanism, taken.readings),
+        turned_into_table(mechanism, actual.curved(taken.readings)),
         taken.leg_sets,
         np.arange(len(taken.poses)) + FIRST_ROW,
         reading_unit=mechanism.reading_unit,

@@ -343,7 +343,7 @@ def instrument_of(found: Estimate, kind: str) -> float:
     """
     after, at_poses = found.after, found.accuracy_at_poses
     left = math.nan if after is None else getattr(as_told(found, after)[0], f"{kind}_rms")
-    return math.hypot(left, math.nan if at_poses is None else getattr(at_poses, kind))
+    return math.hypot(left, getattr(at_poses, kind))
 
 
 def _done(found: Estimate) -> str:

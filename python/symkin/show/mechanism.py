@@ -641,10 +641,12 @@ def _states(
     """What speaks against each pose, as the sampling of the workspace asks, by its place."""
     with np.errstate(invalid="ignore"):
         beyond = ~np.isfinite(readings).all(axis=1)
-        margin = (_core.reach_margin(mechanism.core, poses) < least_reach_margin(mechanism)).any(1)
+        margin = (
+            _core.reach_margin(mechanism.straight, poses) < least_reach_margin(mechanism)
+        ).any(1)
         stopped = ~mechanism.within_limits(readings).all(axis=1)  # or beyond, which comes first
         at_home = mechanism.singularity_measures(mechanism.home)[1]
-        other = (parallel * at_home <= 0) & (not mechanism.core.redundant)
+        other = (parallel * at_home <= 0) & (not mechanism.straight.redundant)
     causes = [inside, beyond, margin, stopped, other]
     return np.select(causes, range(len(causes)), default=len(causes)).astype(np.int64)
 

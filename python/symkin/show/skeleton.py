@@ -134,7 +134,10 @@ def _ends(mechanism: Mechanism, readings: Array) -> Array:
 
 def drawn_centres(mechanism: Mechanism, leg: int, pose: Array, reading: float) -> Array:
     """Centres of a leg's joints, m; of a spherical leg points of its axes, from outside inwards."""
-    centres = mechanism.core.joint_centres(leg, pose, reading)
+    readings = np.zeros((1, len(mechanism.legs)))
+    readings[0, leg] = reading
+    straight = float(mechanism.straightened(readings)[0, leg])
+    centres = mechanism.straight.joint_centres(leg, pose, straight)
     return centres if mechanism.space.moves else np.asarray(centres * _SHELLS)
 
 

@@ -138,7 +138,7 @@ def measure_cost(definition: StudyDefinition, progress: Callable[[str, float], N
         (name, mechanism, count)
         for name, mechanism in definition.loaded.items()
         for count in definition.legs
-        if count >= mechanism.core.dof
+        if count >= mechanism.space.dof
     ]
     if not cases:
         raise SymkinError(

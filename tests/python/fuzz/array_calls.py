@@ -502,6 +502,13 @@ def _of_package(mechanism: symkin.Mechanism, poses: np.ndarray) -> Iterator[Call
         )
     bent = mechanism.replace(curvature=np.full((len(mechanism.legs), 3), 1e-3))
     yield Call("Mechanism.straightened", {"readings": readings}, bent.straightened)
+    yield Call("Mechanism.curved", {"straight": readings}, bent.curved)
+    yield Call(
+        "Mechanism.linearised",
+        {"poses": poses, "readings": readings[:, 0]},
+        bent.linearised,
+        leg,
+    )
     yield Call("Mechanism.within_limits", {"readings": readings}, bent.within_limits)
     yield Call(
         "align_frames",

@@ -41,6 +41,7 @@ RESULTS = {
     "Alignment",
     "Ask",
     "Assumed",
+    "ClosureRows",
     "CommonShare",
     "ConstantOrientation",
     "CostResult",

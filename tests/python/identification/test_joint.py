@@ -439,8 +439,7 @@ def test_the_calibrated_file_reads_back_with_its_frames_and_sensors(paper, plan,
     assert evaluated.position_rms == pytest.approx(found.after.position_rms)
     with pytest.raises(SymkinError, match="since the sensors are curved"):
         symkin.identify(read.replace(frames=None), made.measurements, "implicit")
-    with pytest.raises(SymkinError, match=r"the sensors of .* are not straight lines"):
-        read.plan(20)
+    assert len(read.plan(20).poses) >= 20
 
 
 def test_results_hold_what_the_page_says(paper, taken, tmp_path):

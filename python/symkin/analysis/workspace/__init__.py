@@ -129,14 +129,22 @@ def sample_workspace(
     options = workspace_options(mechanism)
     _require_usable_home(mechanism, options.reach_margin)
     sample = _core.sample_workspace(
-        mechanism.core,
+        mechanism.straight,
         options,
         mechanism.protocol.candidates if candidates is None else candidates,
         mechanism.protocol.seed if seed is None else seed,
     )
+    readings = mechanism.curved(sample.readings)
+    lost = int(np.isnan(readings).any(axis=1).sum())
+    if lost:
+        raise SymkinError(
+            f'the sensors of "{mechanism.name}" show nothing at {lost} of {len(readings)} poses of '
+            "the workspace: they are so curved that they turn back before; expected terms that are "
+            "small beside the gain"
+        )
     return WorkspaceSample(
         poses=sample.poses,
-        readings=sample.readings,
+        readings=readings,
         conditions=sample.conditions,
         drawn=sample.drawn,
         rejected={cause: getattr(sample.rejections, cause) for cause in _CAUSES},
@@ -144,7 +152,7 @@ def sample_workspace(
         reading_unit=mechanism.reading_unit,
         shown=None
         if mechanism.sensor_table is None and mechanism.is_read.all()
-        else shown_readings(mechanism, sample.readings)[:, mechanism.is_read],
+        else shown_readings(mechanism, readings)[:, mechanism.is_read],
         as_drawn=as_drawn(mechanism, sample.poses),
     )
 
@@ -152,7 +160,7 @@ def sample_workspace(
 def inside_workspace(mechanism: Mechanism, poses: ArrayLike) -> NDArray[np.bool_]:
     """Whether each pose meets the workspace's demands, shape (N,); its box is not asked."""
     options = workspace_options(mechanism)
-    return np.array(_core.inside_workspace(mechanism.core, options, pose_rows(poses)))
+    return np.array(_core.inside_workspace(mechanism.straight, options, pose_rows(poses)))
 
 
 def _rows(mechanism: Mechanism, poses: ArrayLike) -> Array:
@@ -230,7 +238,7 @@ def closure_deviation(mechanism: Mechanism, poses: Array) -> float:
     readings = mechanism.inverse_kinematics(poses)
     largest = 0.0
     for leg, tolerances in enumerate(parameter_tolerances(mechanism)):
-        rows = _core.linearise(mechanism.core, leg, poses, readings[:, leg]).by_parameters
+        rows = mechanism.linearised(leg, poses, readings[:, leg]).by_parameters
         rows = rows[:: mechanism.closures]  # those of which the reach has an end
         deviations = np.linalg.norm(rows * tolerances, axis=1)
         largest = max(largest, float(np.nanmax(deviations, initial=0.0)))
@@ -247,7 +255,7 @@ def least_reach_margin(mechanism: Mechanism) -> float:
     if settings is not None and settings.reach_margin is not None:
         return settings.reach_margin
     home = np.atleast_2d(mechanism.home)
-    kept_at_home = float(_core.reach_margin(mechanism.core, home).min())
+    kept_at_home = float(_core.reach_margin(mechanism.straight, home).min())
     return min(_MARGIN_SIGMAS * closure_deviation(mechanism, home), max(0.0, kept_at_home / 2))
 
 
@@ -266,7 +274,9 @@ def workspace_options(mechanism: Mechanism) -> _core.WorkspaceOptions:
     options.conditioning_limit = settings.conditioning_limit
     options.characteristic_length = mechanism.characteristic_length
     options.home = mechanism.home
-    options.reading_lower, options.reading_upper = mechanism.reading_limits
+    limits = np.array(mechanism.reading_limits)
+    straight = mechanism.straightened(np.where(np.isfinite(limits), limits, 0.0))
+    options.reading_lower, options.reading_upper = np.where(np.isfinite(limits), straight, limits)
     return options
 
 
@@ -280,7 +290,7 @@ def _require_usable_home(mechanism: Mechanism, reach_margin: float) -> None:
     assert settings is not None
     home = f"the home pose {_listed(mechanism, settings.home_or_origin)}"
     unit = mechanism.space.closure_unit
-    margins = _core.reach_margin(mechanism.core, mechanism.home[None])[0]
+    margins = _core.reach_margin(mechanism.straight, mechanism.home[None])[0]
     if not (margins >= reach_margin).all():
         leg = int(np.argmin(margins))
         inside = f"{margins[leg]:.3g} {unit} within the reach of"
@@ -313,11 +323,13 @@ def best_homes(mechanism: Mechanism) -> list[tuple[list[float], float]]:
     settings = mechanism.workspace
     assert settings is not None
     random = np.random.default_rng(0)
-    values = random.uniform(settings.lower, settings.upper, (_TRIED, mechanism.core.dof)).round(3)
+    values = random.uniform(settings.lower, settings.upper, (_TRIED, mechanism.straight.dof)).round(
+        3
+    )
     poses = mechanism.poses_at(values)
     readings = mechanism.inverse_kinematics(poses)
     usable = mechanism.within_limits(readings).all(axis=1)
-    margins = _core.reach_margin(mechanism.core, poses)
+    margins = _core.reach_margin(mechanism.straight, poses)
     usable &= (margins >= least_reach_margin(mechanism)).all(axis=1)
     _, sides, conditions = mechanism.singularity_measures(poses)
     usable &= conditions <= settings.conditioning_limit

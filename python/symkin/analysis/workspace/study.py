@@ -286,7 +286,7 @@ def _constant_orientation(
         values[..., along] = orientation
     shape = values.shape[:2]
     poses = mechanism.poses_at(values).reshape(len(x) * len(y), -1)
-    reach = _core.reach_margin(mechanism.core, poses).min(axis=1)
+    reach = _core.reach_margin(mechanism.straight, poses).min(axis=1)
     serial, determinant, condition = mechanism.singularity_measures(poses)
     sign = np.sign(determinant) * np.sign(mechanism.singularity_measures(mechanism.home)[1])
     regular = (reach >= 0) & (condition < _SINGULAR)
@@ -325,7 +325,7 @@ def _relative_determinant(mechanism: Mechanism, poses: Array) -> Array:
 def _determinant(mechanism: Mechanism, poses: Array) -> Array:
     """det(dh/dpose) up to its sign: finite at the end of a leg's reach, unlike det(dg/dpose)."""
     serial, parallel, _ = mechanism.singularity_measures(poses)
-    if mechanism.core.redundant:
+    if mechanism.straight.redundant:
         return parallel
     return np.asarray(parallel * serial.prod(axis=1))
 
@@ -521,7 +521,7 @@ def check_elements(
         If an element does not.
     """
     tested = _core.verify_workspace_symmetry(
-        mechanism.core,
+        mechanism.straight,
         workspace_options(mechanism),
         group.core,
         group.elements,
@@ -547,6 +547,6 @@ def check_elements(
 def _keeps_side(mechanism: Mechanism, group: SymmetryGroup, element: SymmetryElement) -> bool:
     """Whether det(dg/dpose) has the same sign at home and at its image."""
     home = mechanism.home[np.newaxis]
-    image = _core.transform_poses(group.core, element, mechanism.core, home)
+    image = _core.transform_poses(group.core, element, mechanism.straight, home)
     _, parallel, _ = mechanism.singularity_measures(np.concatenate([home, image]))
     return bool(parallel[0] * parallel[1] > 0)

@@ -439,8 +439,7 @@ NOTES: Mapping[str, Code] = {
         "it names."
     ),
     "sensors-curved": Code(
-        "The calibrated sensors are curved: kinematics and errors at measured poses use them; "
-        "plans, simulations and identification leg by leg refuse them."
+        "The calibrated sensors are curved: everything but identification leg by leg uses them."
     ),
     "left-out": Code("Left out as blunders: {names}."),
 }

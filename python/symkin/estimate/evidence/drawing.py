@@ -292,12 +292,8 @@ def _directions(found: Found, kind: str) -> Array:
     calibrated, measurements = found.mechanism, found.measurements
     columns = []
     for leg, fit in enumerate(found.legs):
-        rows = _core.linearise(
-            calibrated.core,
-            leg,
-            measurements.poses[fit.rows],
-            measurements.readings[fit.rows, leg],
-        )
+        poses, readings = measurements.poses[fit.rows], measurements.readings[fit.rows, leg]
+        rows = calibrated.linearised(leg, poses, readings)
         movement = _movements(kind, found.nominal.pose_space, measurements.poses[fit.rows])
         movement = np.repeat(movement, calibrated.closures, axis=0)
         wanted = -np.einsum("nd,ndk->nk", rows.by_pose, movement)

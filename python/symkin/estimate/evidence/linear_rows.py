@@ -112,13 +112,12 @@ def linear_rows(found: Found, apart: tuple[int, ...]) -> LinearRows | None:
     measured = without_rejected(found)
     if found.options.poses == "own":
         measured = own_readings(robot, measured)
-    robot, curvature = robot.replace(curvature=None), robot.curvature
     estimated = found.options.covariates(robot, measured)
     covariates = (*estimated, *_tested(robot, len(measured)))
-    setup = core_setup(robot, curvature, slopes_found(found, covariates))
+    setup = core_setup(robot, slopes_found(found, covariates))
     columns = _Columns.of_scalars(found, scalar_names(robot, setup))
     rows = _core.observed_rows(
-        robot.core,
+        robot.straight,
         setup,
         observations_of(measured, found.noise, covariates),
         columns.of,

@@ -121,8 +121,8 @@ def _out_of_reach(found: Found, taken: Taken) -> Iterator[Doubt]:
     calibrated, noise = found.mechanism, found.noise
     known = np.isfinite(taken.poses).all(axis=1)
     margins = np.full(taken.readings.shape, np.nan)
-    straight = calibrated.replace(curvature=None)
-    margins[known] = _core.reach_margin(straight.core, np.ascontiguousarray(taken.poses[known]))
+    there = np.ascontiguousarray(taken.poses[known])
+    margins[known] = _core.reach_margin(calibrated.straight, there)
     moves = calibrated.space.moves
     length = calibrated.characteristic_length if moves else 1.0
     allowed = 6 * max(noise.position if moves else 0.0, noise.orientation * length)

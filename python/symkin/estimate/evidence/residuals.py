@@ -95,7 +95,7 @@ def diagnosed(found: Found) -> Diagnosed | None:
         if not found.legs:
             poses = unframed(robot, poses)
         core = _core.diagnose(
-            robot.replace(frames=None, curvature=None).core,
+            robot.straight,
             _core.MeasurementSet(
                 np.ascontiguousarray(poses),
                 found.mechanism.straightened(measured.readings)[rows],

@@ -70,8 +70,7 @@ def notes_of_the_unseen(found: Found) -> Iterator[Note]:
         rows = linear_rows(found, ())
         if rows is None or rows.spare < 1:
             return
-        # Effects are those where sensors are straight, of their bends too.
-        survey, covariance = promising(found, found.mechanism.replace(curvature=None))
+        survey, covariance = promising(found, found.mechanism)
         places = found.latent_poses[np.isfinite(found.latent_poses).all(axis=1)]
         judged = slice(3) if found.nominal.space.moves else slice(3, 6)
         effects = survey.effects(places)[0][:, judged]

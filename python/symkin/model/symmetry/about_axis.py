@@ -199,7 +199,9 @@ def verify_about_axis(mechanism: Mechanism, symmetry: DeclaredSymmetry) -> None:
         Naming the element, and the leg whose image is farthest from all legs, by which parameter.
     """
     limits = _core.SymmetryTolerance(_SAME, _SAME, _SAME)
-    found = [each.pair for each in _core.find_pairs(mechanism.core, mechanism.home, limits).pairs]
+    found = [
+        each.pair for each in _core.find_pairs(mechanism.straight, mechanism.home, limits).pairs
+    ]
     turns = mechanism.space.turns
     for label, pair in declared_pairs(symmetry).items():
         same = any(
@@ -225,7 +227,7 @@ def _worst(mechanism: Mechanism, pair: Pair) -> str:
         for onto, other in enumerate(mechanism.chains):
             if chain != other:
                 continue
-            values, _ = _core.carried_leg(mechanism.core, leg, pair, onto)
+            values, _ = _core.carried_leg(mechanism.straight, leg, pair, onto)
             apart = np.abs(values - mechanism.parameters[onto])
             for place, role in enumerate(mechanism.parameter_roles(onto)):
                 if role.of_sensor or not np.isfinite(apart[place]):

@@ -229,7 +229,7 @@ def compare_symmetry(mechanism: MechanismGiven) -> SymmetryComparison:
         kept = tuple(
             element.label
             for element in group.elements
-            if _core.image_of_legs(mechanism.core, group.core, element, tolerance).keeps_modes
+            if _core.image_of_legs(mechanism.straight, group.core, element, tolerance).keeps_modes
         )
     structure, sensors = _deviations(mechanism, group, tolerance)
     # The images of two legs share what lies between them; a single parameter may be off by more.
@@ -256,7 +256,7 @@ def _deviations(
     mechanism: Mechanism, group: SymmetryGroup, tolerance: _core.SymmetryTolerance
 ) -> tuple[tuple[ParameterDeviation, ...], tuple[ParameterDeviation, ...]]:
     """Those above rounding: of the structure, and of the sensors."""
-    values = _core.symmetry_deviations(mechanism.core, group.core, tolerance)
+    values = _core.symmetry_deviations(mechanism.straight, group.core, tolerance)
     known, scales = mechanism.deviations, parameter_tolerances(mechanism)
     # What is held has no tolerance of its own, but legs may differ in it.
     made = mechanism.tolerances
@@ -323,7 +323,7 @@ def _tolerances_needed(
     one = _manufacturing(mechanism, 1) if unit is None else unit
     worst = 0.0
     for element in group.elements:
-        image = _core.image_of_legs(mechanism.core, group.core, element, one)
+        image = _core.image_of_legs(mechanism.straight, group.core, element, one)
         if len(set(image.permutation)) < len(image.permutation):
             return math.inf
         worst = max(worst, *(deviation.in_tolerances for deviation in image.deviations))
@@ -394,7 +394,7 @@ def _base_azimuth(mechanism: Mechanism, leg: int) -> float:
 def _spread(mechanism: Mechanism, group: SymmetryGroup, multiple: float) -> float:
     """Sum of the roots of all deviations in tolerances: one is less than its parts."""
     tolerance = scaled_tolerance(mechanism, multiple)
-    deviations = _core.symmetry_deviations(mechanism.core, group.core, tolerance)
+    deviations = _core.symmetry_deviations(mechanism.straight, group.core, tolerance)
     units = _manufacturing(mechanism, 1)
     legs = range(len(mechanism.legs))
     structure = [[not role.of_sensor for role in mechanism.parameter_roles(leg)] for leg in legs]

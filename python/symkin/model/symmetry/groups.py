@@ -456,7 +456,7 @@ def verify_declared(mechanism: Mechanism) -> None:
     if mechanism.symmetry is not None and not mechanism.symmetry.about_z:
         verify_about_axis(mechanism, mechanism.symmetry)
     elif mechanism.symmetry is not None:
-        _core.verify_symmetry(mechanism.core, declared_group(mechanism.symmetry).core)
+        _core.verify_symmetry(mechanism.straight, declared_group(mechanism.symmetry).core)
 
 
 @record
@@ -507,7 +507,7 @@ def detect_symmetry(
 
 def detect_within(mechanism: Mechanism, tolerance: _core.SymmetryTolerance) -> DetectedSymmetry:
     """Find the largest group within a tolerance; see `detect_symmetry`."""
-    found = _core.detect_symmetry(mechanism.core, tolerance)
+    found = _core.detect_symmetry(mechanism.straight, tolerance)
     limits = tolerance.length, tolerance.angle, tolerance.gain
 
     def group(which: str) -> SymmetryGroup:
@@ -542,7 +542,7 @@ def symmetry_deviations(mechanism: Mechanism, group: SymmetryGroup, tolerance: f
     -------
     ndarray, shape (legs, p)
     """
-    return _core.symmetry_deviations(mechanism.core, group.core, _tolerance(tolerance, None))
+    return _core.symmetry_deviations(mechanism.straight, group.core, _tolerance(tolerance, None))
 
 
 def symmetry_group(mechanism: Mechanism) -> SymmetryGroup:
@@ -584,12 +584,12 @@ def _carriers_about_z(mechanism: Mechanism) -> list[tuple[int, Carrying]]:
     def flips_modes(element: SymmetryElement) -> bool:
         if element not in flips:
             image = _core.image_of_legs(
-                mechanism.core, group.core, element, _core.SymmetryTolerance()
+                mechanism.straight, group.core, element, _core.SymmetryTolerance()
             )
             flips[element] = image.keeps_structure and not image.keeps_modes
         return flips[element]
 
-    carriers = _core.leg_carriers(mechanism.core, group.core)
+    carriers = _core.leg_carriers(mechanism.straight, group.core)
     return [
         (leg, group.parse("r0"))
         if flips_modes(carrier.element)
@@ -626,7 +626,7 @@ def map_poses(mechanism: Mechanism, element: Carrying | str, poses: ArrayLike) -
     ndarray, shape (N, coordinates)
     """
     (pair,) = core_pairs(mechanism, [element])
-    return pair.transform_poses(mechanism.core, pose_rows(poses))
+    return pair.transform_poses(mechanism.straight, pose_rows(poses))
 
 
 def core_pairs(

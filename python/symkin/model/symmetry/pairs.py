@@ -124,7 +124,7 @@ class SymmetryPair(Value):
 
     def map_poses(self, mechanism: Mechanism, poses: ArrayLike) -> Array:
         """Carry poses, shape (n, coordinates), to their images."""
-        return self.core.transform_poses(mechanism.core, pose_rows(poses))
+        return self.core.transform_poses(mechanism.straight, pose_rows(poses))
 
 
 @record
@@ -305,7 +305,7 @@ def symmetry_pairs(
     mechanism = as_mechanism(mechanism)
     gain = tolerance if gain_tolerance is None else gain_tolerance
     limits = _core.SymmetryTolerance(tolerance, tolerance, gain)
-    found = _core.find_pairs(mechanism.core, mechanism.home, limits)
+    found = _core.find_pairs(mechanism.straight, mechanism.home, limits)
     ends = {"base": found.continuous_base, "platform": found.continuous_platform}
     return SymmetryPairs(
         elements=tuple(
@@ -354,7 +354,7 @@ def fixes_home(
 ) -> bool:
     """Whether home is its own image, to four tolerances (m, rad)."""
     home = mechanism.home
-    image = pair.transform_poses(mechanism.core, home[None, :])[0]
+    image = pair.transform_poses(mechanism.straight, home[None, :])[0]
     off = image - home
     if mechanism.space.has_angle:
         off[-1] = math.remainder(off[-1], 2 * math.pi)

@@ -49,7 +49,7 @@ def role_images(mechanism: Mechanism) -> tuple[RoleImage, ...]:
     for leg in range(len(mechanism.legs)):
         reference = min(each.permutation.index(leg) for each in elements)
         element = next(each for each in elements if each.permutation[reference] == leg)
-        found = _core.carried_derivatives(mechanism.core, reference, element.core, leg)
+        found = _core.carried_derivatives(mechanism.straight, reference, element.core, leg)
         in_tolerances = found * sizes[reference] / sizes[leg][:, None]
         whole = np.round(in_tolerances)
         by = np.where(np.abs(in_tolerances - whole) < off, np.round(found), found)

@@ -481,7 +481,7 @@ def _exchange_sign(study: WorkspaceStudy) -> float:
     """With what sign the readings go over when the symmetry exchanges the two legs."""
     for element in study.symmetry.structure.elements:
         if study.symmetry.permutations[element.label] == (1, 0):
-            return float(_core.reading_sign(element, study.mechanism.core))
+            return float(_core.reading_sign(element, study.mechanism.straight))
     return 1.0
 
 
