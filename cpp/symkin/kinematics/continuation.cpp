@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "symkin/kinematics/forward_kinematics.hpp"
 #include "symkin/kinematics/inverse_kinematics.hpp"
 #include "symkin/support/error.hpp"
 
@@ -13,6 +14,10 @@ namespace {
 
 constexpr double kNotReached = std::numeric_limits<double>::quiet_NaN();
 constexpr int kSteps = 8;
+// A step that leads anywhere needs about five iterations; what leads nowhere takes all there are,
+// each many times as long where legs are declared, in whose loops nothing closes any more.
+constexpr ForwardKinematicsOptions kByStep{12};
+constexpr ForwardKinematicsOptions kFromNeighbour{25};
 
 using Rows = std::vector<Index>;
 
@@ -41,8 +46,9 @@ RowMatrix ways_from(const Mechanism& mechanism, const RowMatrix& readings, const
 }
 
 // The poses at the readings from these starts, a row each; NaN where there is none.
-RowMatrix solved(const Mechanism& mechanism, const RowMatrix& readings, const RowMatrix& starts) {
-  ForwardKinematicsResult result = forward_kinematics(mechanism, readings, starts);
+RowMatrix solved(const Mechanism& mechanism, const RowMatrix& readings, const RowMatrix& starts,
+                 const ForwardKinematicsOptions& options) {
+  ForwardKinematicsResult result = forward_kinematics(mechanism, readings, starts, options);
   for (Index i = 0; i < readings.rows(); ++i) {
     if (result.status[static_cast<std::size_t>(i)] != ForwardStatus::converged) {
       result.poses.row(i).setConstant(kNotReached);
@@ -56,7 +62,7 @@ void step_from_home(const Mechanism& mechanism, const RowMatrix& ways, const Row
   RowMatrix starts = home.transpose().replicate(static_cast<Index>(rows.size()), 1);
   for (int step = 1; step <= kSteps && !rows.empty(); ++step) {
     const RowMatrix part = ways(rows, kAll) * (static_cast<double>(step) / kSteps);
-    const RowMatrix reached = solved(mechanism, part.rowwise() + at_home.row(0), starts);
+    const RowMatrix reached = solved(mechanism, part.rowwise() + at_home.row(0), starts, kByStep);
     Rows left;
     Rows from;
     for (std::size_t k = 0; k < rows.size(); ++k) {
@@ -86,7 +92,7 @@ bool step_from_neighbours(const Mechanism& mechanism, const RowMatrix& readings,
     (known.rowwise() - ways.row(open[k])).rowwise().squaredNorm().minCoeff(&nearest);
     starts.row(static_cast<Index>(k)) = poses.row(reached[static_cast<std::size_t>(nearest)]);
   }
-  const RowMatrix found = solved(mechanism, readings(open, kAll), starts);
+  const RowMatrix found = solved(mechanism, readings(open, kAll), starts, kFromNeighbour);
   poses(open, kAll) = found;
   return found.array().isFinite().any();
 }

@@ -31,7 +31,7 @@ from symkin.estimate.evidence.look_alikes import look_alikes
 from symkin.estimate.evidence.measured import copied_columns, taken_as_drawn
 from symkin.estimate.evidence.numbers import numbers_of_the_drawing
 from symkin.estimate.evidence.residuals import BETTER
-from symkin.estimate.evidence.screen import FIRST, Screen, ShortList, agrees
+from symkin.estimate.evidence.screen import FIRST, Screen, ShortList, agrees, leaves_noise
 from symkin.estimate.evidence.standing import what_stands_still
 from symkin.estimate.evidence.trial import LITTLE, SECOND, Correction, Statement, per_degree
 from symkin.estimate.evidence.watching import is_watched
@@ -445,7 +445,8 @@ def _looked_through(
 ) -> list[Correction]:
     """The best after looks at few poses, and then at more, the best first.
 
-    And what leaves rows out: few poses may have none of these.
+    And what leaves rows out: few poses may have none of these. Where frames are unknown no screen
+    tells whether an edit explains it all: if one does, nothing need be set free, nor looked at.
     """
     told = spare_conditions(stated.mechanism, stated.measurements)
     enough = math.ceil(_TESTS / max(float(told.mean()), _TESTS / _LOOKS[-1][0]))
@@ -453,18 +454,32 @@ def _looked_through(
     best, without = (
         [each for each in every if bool(each.left_out) == some] for some in (False, True)
     )
-    for number, framed, steps, followed in looks:
-        if len(best) <= followed:
-            continue
-        looked = (
-            (each.look(max(framed if each.options.frames else number, enough), steps), each)
-            for each in best
-        )
-        kept = heapq.nsmallest(followed, looked, key=operator.itemgetter(0))
-        least = min((value for value, _ in kept), default=math.inf)
-        most = _HOPELESS * max(least, 1.0) if least < _HOPELESS else math.inf
-        best = [each for value, each in kept if value <= most]
-    return [*best, *without]
+    seen: dict[tuple[int, int, int], float] = {}
+
+    def look(each: Correction, number: int, framed: int, steps: int) -> float:
+        poses = max(framed if each.options.frames else number, enough)
+        key = id(each), poses, steps
+        if key not in seen:
+            seen[key] = each.look(poses, steps)
+        return seen[key]
+
+    def followed(some: list[Correction]) -> list[Correction]:
+        for *how, count in looks:
+            if len(some) <= count:
+                continue
+            looked = ((look(each, *how), each) for each in some)
+            kept = heapq.nsmallest(count, looked, key=operator.itemgetter(0))
+            least = min((value for value, _ in kept), default=math.inf)
+            most = _HOPELESS * max(least, 1.0) if least < _HOPELESS else math.inf
+            some = [each for value, each in kept if value <= most]
+        return some
+
+    if stated.options.frames and len(looks) > 1:
+        edits, how = followed([each for each in best if not each.wide]), looks[-1][:-1]
+        least = min((look(each, *how) for each in edits), default=math.inf)
+        if leaves_noise(least, lambda: look(stated, *how)):
+            return [*edits, *without]
+    return [*followed(best), *without]
 
 
 def _as_stated(stated: Correction, corrected: Sequence[_core.JointFit]) -> _core.JointFit | None:

@@ -3,18 +3,22 @@
 
 from __future__ import annotations
 
+import dataclasses
 import heapq
 import math
 import operator
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from contextlib import suppress
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from symkin import _core
+from symkin.data.measurements import Measurements
 from symkin.errors import SymkinError
-from symkin.estimate.evidence.trial import Correction
+from symkin.estimate.evidence.trial import Correction, Statement
 from symkin.model.core_setup import frames_of
 from symkin.model.framing import unframed
 from symkin.model.mechanism import Mechanism
@@ -102,7 +106,7 @@ class Screen:
         stepped = sorted(((self.step(each), each) for each in settled), key=operator.itemgetter(0))
         least = stepped[0][0] if stepped else math.inf
         most = _RIVALS * least if least < _EXPLAINED else _HOPELESS
-        explains = least < _NOISE and least * _BETTER < self.step(stated)
+        explains = leaves_noise(least, lambda: self.step(stated))
         farthest = self.score(stepped[0][1]) + _APART if explains else math.inf
         return ShortList(
             tuple(each for each in stepped[:_FOLLOWED] if each[0] <= most),
@@ -163,22 +167,67 @@ class Screen:
         """Some rows of its table against its robot; None without a reading at a known pose."""
         robot, measured = correction.mechanism, correction.measurements
         if correction.options.frames:
-            try:
-                few = correction.some(_PLACED).measurements
-                setup = correction.model.problem(few, 1).setup
-            except SymkinError:
+            placed = self._placed(correction)
+            if placed is None:
                 return None
-            robot = robot.replace(frames=frames_of(robot, setup))
+            robot = placed
         if len(measured.poses) > _ROWS:
             measured = correction.some(_ROWS).measurements
         key = id(robot), measured.poses.tobytes()
         place = self._places.get(key)
         if place is None:
-            place = _Place.of(robot, measured.poses)
-            if robot is correction.mechanism:  # which lives as long as the place does
-                self._places[key] = place
+            place = self._places[key] = _Place.of(robot, measured.poses)  # the robot lives with it
         read = place.known[:, None] & np.isfinite(measured.readings)
         return _Taken(place, measured.readings, read) if read.any() else None
+
+    def _placed(self, correction: Correction) -> Mechanism | None:
+        """The robot with frames where few of the rows put them; None where they do not say.
+
+        Most corrections leave these rows as they are, or as another one does.
+        """
+        model, few = correction.model, correction.some(_PLACED).measurements
+        key = id(model), few.poses.tobytes(), few.readings.tobytes()
+        known = self._robots.setdefault(key, [])
+        for own, measured, robot in known:
+            if own is model and measured == few:
+                return robot
+        found = None
+        with suppress(SymkinError):
+            setup = model.problem(self._with_own_poses(model.mechanism, few), 1).setup
+            found = model.mechanism.replace(frames=frames_of(model.mechanism, setup))
+        known.append((model, few, found))
+        return found
+
+    def _with_own_poses(self, robot: Mechanism, few: Measurements) -> Measurements:
+        """Rows with the poses that the robot says it was in, as its controller would.
+
+        Readings are what takes time to get them from, and most corrections leave a row of them.
+        """
+        bound = len(robot.legs) * robot.closures >= robot.space.dof
+        if few.reported is not None or few.commanded is not None or not bound:
+            return few
+        own, reached = self._reached.setdefault(id(robot), (robot, {}))
+        straight = np.ascontiguousarray(robot.straightened(few.readings))
+        nowhere = np.full(len(robot.home), np.nan)
+        known = np.array([reached.get(row.tobytes(), nowhere) for row in straight])
+        poses = known
+        if np.isnan(known).any():
+            key = straight.tobytes()  # rows that nothing leads to stay so
+            if key not in reached:
+                reached[key] = _core.continued(own.straight, straight, robot.home, known)
+            poses = reached[key]
+            found = np.isfinite(poses).all(axis=1)
+            reached |= {r.tobytes(): p for r, p in zip(straight[found], poses[found], strict=True)}
+        read = np.where(np.isfinite(poses).all(axis=1)[:, None], few.readings, np.nan)
+        return dataclasses.replace(few, readings=read, reported=poses)
+
+    @cached_property
+    def _reached(self) -> dict[int, tuple[Mechanism, dict[bytes, Array]]]:
+        return {}
+
+    @cached_property
+    def _robots(self) -> dict[object, list[tuple[Statement, Measurements, Mechanism | None]]]:
+        return {}
 
     def _noise_of(self, by_pose: Array) -> Array:
         """Variance of readings less those at measured poses, shape (N, legs)."""
@@ -228,6 +277,14 @@ class Screen:
             total += float(weights @ own**2 - right @ step)
             parameters[leg, free] += tolerances[leg, free] * step
         return total / max(int(taken.read.sum()), 1), parameters
+
+
+def leaves_noise(after: float, before: Callable[[], float]) -> bool:
+    """Whether a correction leaves no more than noise, and so much less than what is stated.
+
+    Of both chi-square per reading, or per degree of freedom.
+    """
+    return after < _NOISE and after * _BETTER < before()
 
 
 def agrees(stated: Correction, screen: Screen | None) -> bool:
