@@ -248,18 +248,30 @@ def suspected(estimate: Estimate[Any], share: float) -> tuple[int, list[int]] | 
     """The line of the table from which on there may be a step, and those that would decide that.
 
     None if more than this share of sound robots seem to have one as large. The lines are of the
-    rows whose poses would show most of it if they were measured again, the best first.
+    rows whose poses would show most of it if they were measured again, the best first. Of the last
+    row alone, of which no step is tested, those that come first decide.
     """
     tests = change_tests(estimate)
     steps = [each for each in tests if each.what == "step"]
     test = min(steps, key=lambda each: each.p_value, default=None)
+    numbers = estimate.measurements.row_numbers.tolist()
     if test is None or test.p_value * len(steps) > share:
-        return None
+        return (numbers[-1], numbers[:-1]) if _chance_of_last(estimate) < share else None
     rows = linear_rows(estimate, ())
     assert rows is not None  # since there are tests
     column = [*terms_of_changes(estimate, rows)][tests.index(test)].column
     best = np.argsort(-rows.shown_by_repeating(column), kind="stable")
-    return test.row, estimate.measurements.row_numbers[rows.order[best]].tolist()
+    return test.row, [numbers[each] for each in rows.order[best]]
+
+
+def _chance_of_last(estimate: Estimate[Any]) -> float:
+    """Probability of a sound row as far from what the others predict as the last one is."""
+    influence, first = estimate.influence, estimate.measurements.first_of_block
+    off = math.nan if influence is None else float(influence.residual[first[-1]])
+    count = int(estimate.conditions[first[-1]])
+    if not count or math.isnan(off):
+        return 1.0
+    return float(_core.chi_square_tail(off**2 * count, count))
 
 
 @record

@@ -161,3 +161,15 @@ def test_poses_are_chosen_for_the_errors_over_the_bed_as_it_is_known(delta):
     covariance = found.model_covariance[np.ix_(own, own)]
     bound = chooser._bounds(chooser._forms(survey), covariance, session.confidence)["position"]
     assert bound == pytest.approx(session.progress.position_bound, rel=0.02)
+
+
+def test_a_session_does_not_end_by_a_last_row_that_few_sound_ones_have(delta):
+    asked = {"observe": "position", "candidates": 500, "frames": ["base"], "prior": "tolerances"}
+    session, rows = delta.measure(6e-5, seed=9, **asked), 0
+    device = SimulatedDevice(delta, 9, disturb(delta, 9), observe="position")
+    for ask in session:
+        row, rows = device(ask), session.progress.rows + 1
+        session.add(row | {"psi_2_m": row["psi_2_m"] + 2.2e-4 * (rows >= 14)})
+        session.resolve()
+    assert rows > 14  # of which the last one alone is after the slip
+    assert [*session.slips] == [14]
