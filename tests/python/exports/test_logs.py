@@ -173,6 +173,31 @@ def test_reprap_commands_say_what_its_reports_say(tmp_path):
         np.testing.assert_allclose(np.add(reported.columns[name], lower), plain.columns[name])
 
 
+def test_reprap_commands_leave_what_they_do_not_say(tmp_path):
+    points = [(0, 0), (60, 0), (-30, 52)]
+    head = f"M665 R{RADIUS} L{ROD} B85 H{HEIGHT} X0.5 Y-0.2\nM666 X0.10 Y-0.20 Z0.10\n"
+    tail = "\n".join(reprap_log(points).splitlines()[4:])
+    once = import_log(written(tmp_path, "once.log", head + tail))
+    again = import_log(written(tmp_path, "again.log", f"{head}M665 X0.5\nM666 A0 B0\n{tail}"))
+    assert again.mechanism.legs == once.mechanism.legs
+
+
+@pytest.mark.parametrize("said", ["tilt X1.00% Y-2.00%", "M666 A1 B-2"])
+def test_the_tilt_that_reprap_gives_the_bed_moves_the_carriages(tmp_path, said):
+    points = [(0, 0), (60, 0), (-30, 52)]
+    level = import_log(written(tmp_path, "level.log", reprap_log(points)))
+    text = reprap_log(points)
+    if said.startswith("tilt"):
+        text = text.replace("tilt X0.00% Y0.00%", said)
+    else:
+        text = text.replace("G30 P0", f"{said}\nG30 P0")
+    tilted = import_log(written(tmp_path, "tilted.log", text))
+    rise = np.array(points) @ [1e-2, -2e-2] * 1e-3
+    for name in ("psi_1_m", "psi_2_m", "psi_3_m"):
+        np.testing.assert_allclose(np.subtract(tilted.columns[name], level.columns[name]), rise)
+    assert tilted.mechanism.legs == level.mechanism.legs
+
+
 def test_reprap_heights_without_positions_are_refused(tmp_path):
     text = "\n".join(
         line for line in reprap_log([(0, 0), (50, 0)]).splitlines() if not line.startswith("G30")

@@ -36,6 +36,7 @@ class _Printer:
     height: float | None = None
     trims: tuple[float, ...] = (0.0, 0.0, 0.0)
     stops: tuple[float, ...] = (0.0, 0.0, 0.0)  # how much lower the endstops are counted (Marlin)
+    tilt: tuple[float, ...] = (0.0, 0.0)  # of the bed: what carriages rise by for x and for y
     printed: float | None = None
 
     def missing(self) -> list[str]:
@@ -92,17 +93,17 @@ def _imported(
             f"{'M665 and M666' if kind == REPRAP.title else 'M503'} to the log"
         )
     deltas = [each.delta() for each in printers]
-    for each in (*deltas, last.delta()):
+    final = last.delta()
+    for each in (*deltas, final):
         if not 0 < each.radius < each.arms.min() or not np.isfinite(each.endstops).all():
             raise log.error(
                 f"has rods of {1e3 * each.arms.min():g} mm and a delta radius of "
                 f"{1e3 * each.radius:g} mm; expected rods longer than a positive radius"
             )
-    final = last.delta()
     # Ways count from the endstops that the last geometry knows; where they are has not moved.
     ways = [
-        _carriages(each, np.array(point) * 1e-3) - each.endstops
-        for each, point in zip(deltas, rows.points, strict=True)
+        _carriages(delta, np.array(point) * 1e-3, each.tilt) - delta.endstops
+        for each, delta, point in zip(printers, deltas, rows.points, strict=True)
     ]
     columns = {}
     if ways:
@@ -137,12 +138,12 @@ def _completed(early: _Printer, last: _Printer) -> _Printer:
     )
 
 
-def _carriages(delta: LinearDelta, point: Array) -> Array:
-    """Heights of the carriages' joints with the nozzle there."""
+def _carriages(delta: LinearDelta, point: Array, tilt: Sequence[float]) -> Array:
+    """Heights of the carriages' joints with the nozzle there, above a bed that is tilted."""
     towers = delta.radius * np.column_stack([np.cos(delta.angles), np.sin(delta.angles)])
     across = np.square(towers - point[:2]).sum(axis=1)
     with np.errstate(invalid="ignore", over="ignore"):
-        return np.asarray(point[2] + np.sqrt(delta.arms**2 - across))
+        return np.asarray(point[2] + point[:2] @ tilt + np.sqrt(delta.arms**2 - across))
 
 
 def _is_configuration(log: Log) -> bool:
@@ -256,7 +257,9 @@ def _read_reprap(log: Log, asked: Asked) -> ImportedLog:
         if re.search(r"delta radius", said, re.I):
             _set_by_report(printer, said)
         elif re.search(r"Endstop adjustments", said):
-            printer.stops = tuple(-each for each in _xyz(said.partition("tilt")[0]))
+            stops, _, tilt = said.partition("tilt")
+            printer.stops = tuple(-each for each in _xyz(stops))
+            printer.tilt = tuple(each / 100 for each in _xyz(tilt)[:2])
         elif command := re.match(r"(?:.*?>\s*)?(M66[56])\s+(.*)", said):
             _set_reprap(printer, command[1], command[2])
         elif point := re.match(r"(?:.*?>\s*)?G30\s+(.*)", said):
@@ -323,14 +326,15 @@ def _set_rods(printer: _Printer, before: str, text: str, flags: int = 0) -> None
 def _set_reprap(printer: _Printer, command: str, words: str) -> None:
     said = _numbers(words)
     if command == "M666":
-        printer.stops = tuple(-each for each in _xyz(words))
+        parts = {name: value / 100 if name in "ab" else -value for name, value in said.items()}
+        printer.stops = _said(parts, "xyz", printer.stops)
+        printer.tilt = _said(parts, "ab", printer.tilt)
         return
     _set_rods(printer, "L", words)
     printer.radius = said.get("r", printer.radius)
     printer.height = said.get("h", printer.height)
     printer.printed = said.get("b", printer.printed)
-    if any(axis in said for axis in "xyz"):
-        printer.trims = _xyz(words)
+    printer.trims = _said(said, "xyz", printer.trims)
 
 
 REPRAP = LogFormat("reprap", "RepRapFirmware's console", _is_reprap, _read_reprap)
