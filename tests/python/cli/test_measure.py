@@ -2,11 +2,14 @@
 """``symkin measure`` by hand, by a pipe and by a device."""
 
 import io
+import json
 import sys
 
 import pytest
 
+import symkin as package
 from symkin.estimate import precision
+from symkin.guided.device import Device
 
 FEW = ("--candidates", 150, "--seed", 1)
 DEVICE = f'"{sys.executable}" -c "{{}}"'
@@ -148,3 +151,87 @@ def test_a_device_that_always_says_the_same_does_not_measure_for_ever(symkin, tm
     assert "the last 6 rows fit no robot like the drawing; compare the units" in done.err
     lines = (tmp_path / "session" / "measured.csv").read_text().splitlines()
     assert sum(line.split(",")[3] in ("ok", "repeat") for line in lines) < 20
+
+
+_LOGGED = """
+import json, sys
+answers = json.loads(sys.argv[2])
+for line in sys.stdin:
+    print(line, end="", file=open(sys.argv[1], "a"))
+    asked = json.loads(line)
+    if "hello" in asked:
+        print(json.dumps(dict(symkin=1, timeout_s=float(sys.argv[3]))), flush=True)
+    elif "measure" in asked and answers:
+        print(json.dumps(dict(id=asked["id"]) | answers.pop(0)), flush=True)
+"""
+
+
+@pytest.fixture
+def device(tmp_path):
+    """A device that gives these answers, and keeps what it was told in a file."""
+    program, log = tmp_path / "device.py", tmp_path / "told.jsonl"
+    program.write_text(_LOGGED)
+
+    def made(*answers, patience=60):
+        said = json.dumps(answers).replace('"', '\\"')
+        return f'"{sys.executable}" "{program}" "{log}" "{said}" {patience}'
+
+    return made, log
+
+
+_THERE = {"measured": {"x_m": 0.1, "y_m": 0.1, "phi_rad": 0.0}}
+
+
+@pytest.mark.parametrize(
+    ("answers", "status"),
+    [
+        (({"error": "lost", "retry": True}, _THERE), "ok"),
+        (({"error": "busy", "retry": True}, _THERE), "ok"),
+        (({"error": "busy", "retry": True}, {"error": "busy", "retry": True}), "unreachable"),
+        (({"error": "lost"},), "lost"),
+        (({"error": "occluded", "retry": True},), "occluded"),
+    ],
+)
+def test_what_a_device_lost_is_tried_once_more_if_it_says_so(tmp_path, device, answers, status):
+    program, log = device
+    session = package.measure("3RRR", 1e-4, tmp_path / "session", candidates=150, seed=1)
+    with Device(program(*answers), session) as running:
+        found = running.measure(session.next())
+    assert getattr(found, "why", "ok") == status
+    assert log.read_text().count('"measure"') == len(answers)
+
+
+@pytest.mark.parametrize(
+    ("answer", "words"),
+    [
+        ({"error": "on fire", "message": "in the arm"}, 'reports a fault: "on fire" in the arm'),
+        ({"id": 5} | _THERE, 'expected "id": 1'),
+        ({"measured": 5}, '"measured" by column, and 3 "readings" or none'),
+        (_THERE | {"readings": [1.0]}, '"measured" by column, and 3 "readings" or none'),
+        (None, "the device says nothing for 0.5 s"),
+    ],
+)
+def test_an_answer_that_is_none_says_what_was_expected(symkin, tmp_path, device, answer, words):
+    program, _ = device
+    given = ("measure", "3RRR", "--accuracy", "0.1mm", "--out", tmp_path / "session", *FEW)
+    answers = () if answer is None else (answer,)
+    done = symkin(*given, "--device", program(*answers, patience=60 if answers else 0.5))
+    assert done.code == 2
+    assert words in done.err
+    assert (tmp_path / "session" / "measured.csv").read_text().count("\n") == 1
+
+
+def test_a_device_that_cannot_be_started_is_named(symkin, tmp_path):
+    given = ("measure", "3RRR", "--accuracy", "0.1mm", "--out", tmp_path, *FEW)
+    done = symkin(*given, "--device", "no-such-tracker --fast")
+    assert done.code == 2
+    assert "the device `no-such-tracker --fast` cannot be started" in done.err
+
+
+def test_ctrl_c_tells_the_device_to_stop_where_it_is(tmp_path, device):
+    program, log = device
+    session = package.measure("3RRR", 1e-4, tmp_path / "session", candidates=150, seed=1)
+    with pytest.raises(KeyboardInterrupt), Device(program(_THERE), session) as running:
+        running.measure(session.next())
+        raise KeyboardInterrupt
+    assert json.loads(log.read_text().splitlines()[-1]) == {"id": 1, "abort": True}

@@ -213,6 +213,16 @@ def test_robots_whose_poses_are_not_whole_are_identified_together(mechanism, rob
 
 
 def test_an_estimate_that_is_no_mechanism_fails(mechanism, robots):
+    # Zeros half a turn off: from there the length of a crank comes out negative.
+    turned = dataclasses.replace(robots["robot 2"], readings=robots["robot 2"].readings + np.pi)
+    for estimator in ("implicit", "joint"):
+        found = symkin.identify_many(mechanism, robots | {"robot 2": turned}, estimator)
+        assert found.verdicts == ("fits", "failed", "fits", "fits", "fits", "fits")
+        assert "leg 2 of chain [R]RR: proximal_length = -1.5" in found.failures[1]
+        assert "with another sign, zero or working mode" in found.failures[1]
+
+
+def test_a_robot_that_has_not_converged_fails(mechanism, robots):
     names = list(mechanism.parameter_names)
     other = mechanism.parameters.copy()
     other[:, names.index("proximal_length")] *= 0.02
