@@ -58,6 +58,22 @@ def test_what_is_written_is_read_as_the_same_mechanism(
         np.testing.assert_allclose(again.inverse_kinematics(poses), readings, atol=1e-12)
 
 
+def test_loops_of_a_leg_that_holds_several_joints_begin_where_they_part(tmp_path: Path) -> None:
+    # The axes of a universal joint do not cross: none of these is a rod.
+    joints = Path(__file__).parents[1] / "declared" / "h4_joints.toml"
+    apart = r'"\1: R y", { name = "\1_gap", x = "5 mm" }, "\1_z: R z"'
+    text, count = re.subn(r'"(\w+): U y z"', apart, joints.read_text())
+    assert count == 4
+    (tmp_path / "h4.toml").write_text(text)
+    robot = symkin.load_mechanism(tmp_path / "h4.toml")
+    (tmp_path / "h4.xml").write_text(symkin.export(robot, "mjcf").text)
+    read = import_mechanism(tmp_path / "h4.xml").mechanism
+    assert (read.leg_readings, read.closures) == (robot.leg_readings, robot.closures)
+    poses = symkin.sample_workspace(robot, 6, seed=1).poses
+    readings = robot.inverse_kinematics(poses)
+    np.testing.assert_allclose(read.inverse_kinematics(poses), readings, atol=1e-12)
+
+
 def test_ways_on_the_platform_that_part_are_refused(tmp_path: Path) -> None:
     path = tmp_path / "robot.xml"
     text = symkin.export(symkin.load_mechanism(FOLDER / "h4_rods.toml"), "mjcf").text
