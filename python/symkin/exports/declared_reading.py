@@ -35,7 +35,7 @@ from symkin.model.poses import (
     rotations_from_vectors,
 )
 from symkin.model.settings import WorkspaceSettings
-from symkin.storage.toml_file import WrongValueError
+from symkin.storage.toml_file import WrongValueError, dotted
 from symkin.values import Array
 
 _Path = Sequence[tuple[Array, Moving | None]]  # transforms, each with the joint behind it
@@ -193,7 +193,8 @@ def _of_one_chain(
         declared = declared_leg(label, table, {"platform": platform}, alone=alone)
     except WrongValueError as error:
         if group[0].sensors:
-            raise
+            place = f"{dotted(error.keys)}: " if error.keys else ""
+            raise SymkinError(f"{place}{error}") from error
         raise SymkinError(
             f"has a leg of {bodies_in_words(group[0].bodies)} of which no joint is read; expected "
             f"an actuator, a sensor, or active = [...] in a file of loops: {error}"

@@ -22,7 +22,7 @@ import numpy as np
 
 from symkin.analysis.probing import CALIPER
 from symkin.data.measurements import Measurements
-from symkin.errors import SymkinError
+from symkin.errors import SymkinError, TomlFileError
 from symkin.exports.declared_reading import mechanism_of_scene
 from symkin.exports.firmware import NOMINAL_DEGREES, TOWERS, LinearDelta
 from symkin.exports.printers import (
@@ -125,6 +125,8 @@ def import_mechanism(
         return _model(path, data.decode("utf-8"), None if loops is None else Path(loops), body)
     except (ET.ParseError, UnicodeDecodeError) as error:
         raise SymkinError(f"{path}: is neither a printer.cfg nor XML: {error}") from error
+    except TomlFileError:  # of loops, which has their file
+        raise
     except SymkinError as error:
         raise SymkinError(f"{path}: {error}") from error
     except (AttributeError, KeyError, IndexError, TypeError, ValueError, RecursionError) as error:

@@ -22,7 +22,19 @@ from symkin.model.poses import (
     rotations_from_vectors,
     vectors_from_rotations,
 )
-from symkin.storage.toml_file import read_toml
+from symkin.storage.toml_file import (
+    Kind,
+    WrongValueError,
+    choice,
+    list_of,
+    one_or_list,
+    quantity,
+    read_at,
+    read_table,
+    read_toml,
+    table,
+    text,
+)
 from symkin.values import Array
 
 _X, _Y, _Z = np.eye(3)
@@ -70,6 +82,8 @@ _COMPILED = (
 def _mjcf(root: ET.Element, _text: str, known: Mapping[str, Any]) -> Scene:
     compiler = root.find("compiler")
     says = {} if compiler is None else compiler.attrib
+    if says.get("coordinate", "local") != "local":
+        raise SymkinError("has global coordinates, which MuJoCo has given up; expected local ones")
     scale = 1.0 if says.get("angle", "degree") == "radian" else np.pi / 180
     parts: dict[str, Part] = {}
     sites: dict[str, tuple[str, Array]] = {}
@@ -130,7 +144,7 @@ def _mjcf(root: ET.Element, _text: str, known: Mapping[str, Any]) -> Scene:
 def _mjcf_joint(element: ET.Element, name: str, scale: float) -> tuple[Moving, float]:
     kind = "free" if element.tag == "freejoint" else element.attrib.get("type", "hinge")
     axis = _floats(element.attrib.get("axis", "0 0 1"), 3)
-    zero = float(element.attrib.get("ref", 0.0)) * (scale if kind == "hinge" else 1.0)
+    zero = _floats(element.attrib.get("ref", "0"), 1)[0] * (scale if kind == "hinge" else 1.0)
     anchor = _floats(element.attrib.get("pos", "0 0 0"), 3)
     return _moving(element.attrib.get("name", name), kind, axis, anchor), zero
 
@@ -139,21 +153,22 @@ def _mjcf_frame(element: ET.Element, scale: float, says: Mapping[str, str]) -> A
     given = element.attrib
     rotation = np.eye(3)
     if "quat" in given:
-        rotation = of_quaternion(_floats(given["quat"], 4))
+        rotation = of_quaternion(_unit(_floats(given["quat"], 4), "quat"))
     elif "xyaxes" in given:
         across = _floats(given["xyaxes"], 6).reshape(2, 3)
-        first = across[0] / np.linalg.norm(across[0])
-        second = across[1] - first * (first @ across[1])
-        second /= np.linalg.norm(second)
+        first = _unit(across[0], "xyaxes of which the first is")
+        second = _unit(across[1] - first * (first @ across[1]), "parallel xyaxes, an angle of")
         rotation = np.column_stack([first, second, np.cross(first, second)])
     elif "zaxis" in given:
-        along = _floats(given["zaxis"], 3) / np.linalg.norm(_floats(given["zaxis"], 3))
-        rotation = turn_from_z(along)
+        rotation = turn_from_z(_unit(_floats(given["zaxis"], 3), "zaxis"))
     elif "axisangle" in given:
         *axis, angle = _floats(given["axisangle"], 4)
-        rotation = _about(np.array(axis) / np.linalg.norm(axis), scale * angle)
+        rotation = _about(_unit(np.array(axis), "axisangle"), scale * angle)
     elif "euler" in given:
-        for letter, angle in zip(says.get("eulerseq", "xyz"), _floats(given["euler"]), strict=True):
+        order = says.get("eulerseq", "xyz")
+        if not re.fullmatch("[xyzXYZ]{3}", order):
+            raise SymkinError(f'has eulerseq "{order}"; expected three of x, y and z')
+        for letter, angle in zip(order, _floats(given["euler"], 3), strict=True):
             turn = _about(np.eye(3)["xyz".index(letter.lower())], scale * angle)
             rotation = rotation @ turn if letter.islower() else turn @ rotation
     return frame_of(_floats(given.get("pos", "0 0 0"), 3), rotation)
@@ -167,7 +182,7 @@ def _mjcf_follower(element: ET.Element) -> dict[str, tuple[str, float, float]]:
             f'has joint "{given.get("joint1")}" that is fixed or follows a curve; expected it to '
             "follow another in proportion"
         )
-    return {given["joint1"]: (given["joint2"], float(ratio), float(offset))}
+    return {_said(element, "joint1"): (given["joint2"], float(ratio), float(offset))}
 
 
 def _mjcf_loop(
@@ -177,11 +192,11 @@ def _mjcf_loop(
     name, turns = given.get("name", name), element.tag == "connect"
     if "site1" in given:
         try:
-            (body, frame), (other, beside) = sites[given["site1"]], sites[given["site2"]]
+            (body, frame), (other, beside) = (sites[_said(element, f"site{n}")] for n in (1, 2))
         except KeyError as error:
             raise SymkinError(f"has loop {name} with site {error}, which it has not") from error
         return Loop(name, body, frame, other, beside, turns)
-    body, other = given["body1"], given.get("body2", "world")
+    body, other = _said(element, "body1"), given.get("body2", "world")
     body, other = ("" if each == "world" else each for each in (body, other))
     frame = frame_of(_floats(given.get("anchor", "0 0 0"), 3), np.eye(3))
     if turns:
@@ -227,7 +242,7 @@ def _urdf(root: ET.Element, text: str, known: Mapping[str, Any]) -> Scene:
     joints = root.findall("joint")
     children = {_link(each, "child") for each in joints}
     bases = [
-        name for name in (link.attrib["name"] for link in root.findall("link"))
+        name for name in (_said(link, "name") for link in root.findall("link"))
         if name not in children
     ]  # fmt: skip
     if len(bases) != 1:
@@ -235,7 +250,7 @@ def _urdf(root: ET.Element, text: str, known: Mapping[str, Any]) -> Scene:
     parts: dict[str, Part] = {}
     followers = {}
     for each in joints:
-        name, kind = each.attrib["name"], each.attrib["type"]
+        name, kind = _said(each, "name"), _said(each, "type")
         parent, child = _link(each, "parent"), _link(each, "child")
         if child in parts:
             raise SymkinError(f'has link "{child}" with two parents, which URDF has not')
@@ -244,7 +259,7 @@ def _urdf(root: ET.Element, text: str, known: Mapping[str, Any]) -> Scene:
             if kind not in _URDF_KINDS:
                 raise SymkinError(f'has joint "{name}" of type "{kind}", which is not read')
             axis = each.find("axis")
-            along = _X if axis is None else _floats(axis.attrib["xyz"], 3)
+            along = _X if axis is None else _floats(_said(axis, "xyz"), 3)
             moving = (_moving(name, _URDF_KINDS[kind], along),)
         origin = each.find("origin")
         frame = np.eye(4) if origin is None else _posed(
@@ -253,9 +268,11 @@ def _urdf(root: ET.Element, text: str, known: Mapping[str, Any]) -> Scene:
         parts[child] = Part("" if parent == bases[0] else parent, frame, moving)
         mimic = each.find("mimic")
         if mimic is not None:
-            given = mimic.attrib
-            ratio, offset = (float(given.get(k, d)) for k, d in (("multiplier", 1), ("offset", 0)))
-            followers[name] = (given["joint"], ratio, offset)
+            ratio, offset = (
+                float(_floats(mimic.attrib.get(key, drawn), 1)[0])
+                for key, drawn in (("multiplier", "1"), ("offset", "0"))
+            )
+            followers[name] = (_said(mimic, "joint"), ratio, offset)
     loops = [
         Loop(name, body, _numbered(first), other, _numbered(second), kind == "ball")
         for name, kind, first, body, second, other in _CUT.findall(text)
@@ -274,19 +291,20 @@ def _link(joint: ET.Element, end: str) -> str:
     element = joint.find(end)
     if element is None:
         raise SymkinError(f'has joint "{joint.attrib.get("name")}" without a {end}')
-    return element.attrib["link"]
+    return _said(element, "link")
 
 
 def _moving(name: str, kind: str, axis: Array, anchor: Array | None = None) -> Moving:
-    if not np.linalg.norm(axis) > 0:
-        raise SymkinError(f'has joint "{name}" with axis 0')
     anchor = np.zeros(3) if anchor is None else anchor
-    return Moving(name, kind, axis / np.linalg.norm(axis), anchor)
+    return Moving(name, kind, _unit(axis, f'joint "{name}" with axis'), anchor)
 
 
 def _posed(xyz: str, rpy: str) -> Array:
-    roll, pitch, yaw = _floats(rpy, 3)
-    return frame_of(_floats(xyz, 3), _about(_Z, yaw) @ _about(_Y, pitch) @ _about(_X, roll))
+    return frame_of(_floats(xyz, 3), _turned(*_floats(rpy, 3)))
+
+
+def _turned(roll: float, pitch: float, yaw: float) -> Array:
+    return _about(_Z, yaw) @ _about(_Y, pitch) @ _about(_X, roll)
 
 
 def _numbered(text: str) -> Array:
@@ -308,11 +326,11 @@ def _sdf(root: ET.Element, _text: str, known: Mapping[str, Any]) -> Scene:
         pose = link.find("pose")
         if pose is not None and pose.attrib:
             raise SymkinError("has poses relative to other frames; expected all in the model's")
-        placed[link.attrib["name"]] = _sdf_pose(pose)
+        placed[_said(link, "name")] = _sdf_pose(pose)
     parts: dict[str, Part] = {}
     loops, later = [], []
     for joint in model.findall("joint"):
-        name, kind = joint.attrib["name"], joint.attrib["type"]
+        name, kind = _said(joint, "name"), _said(joint, "type")
         parent, child = (_text_of(joint, end) for end in ("parent", "child"))
         parent = "" if parent == "world" else parent
         for each in (parent, child):
@@ -373,50 +391,57 @@ def _text_of(joint: ET.Element, path: str) -> str:
     return str(element.text).strip()
 
 
-_LOOP_KEYS = ("name", "body", "point", "rpy", "other", "other_point", "other_rpy", "closes")
+def _home(raw: Any) -> dict[str, Array]:
+    if not isinstance(raw, dict):
+        raise WrongValueError("is not a table of values of joints; expected one")
+    value = one_or_list(quantity("1"), 7, 7)
+    return {name: np.atleast_1d(read_at(name, value, each)) for name, each in raw.items()}
+
+
+_POINT, _ANGLES = list_of(quantity("m"), 3, 3), list_of(quantity("rad"), 3, 3)
+_LOOP = table(
+    {
+        **{name: text() for name in ("name", "body", "other")},
+        **{f"{of}{name}": kind for of in ("", "other_")
+           for name, kind in (("point", _POINT), ("rpy", _ANGLES))},
+        "closes": choice("point", "pose"),
+    },
+    ("body", "other"),
+)  # fmt: skip
+_LOOPS = table(
+    {
+        "loops": list_of(_LOOP),
+        "active": list_of(text()),
+        "home": Kind(_home, {}),
+        "free": list_of(text()),
+    }
+)
 
 
 def _with_loops(scene: Scene, path: Path) -> Scene:
     """The model with what a file beside it says of loops, joints that are read, and home."""
     source = read_toml(path)
-    for key in source.values:
-        known = ("loops", "active", "home", "free")
-        if key not in known:
-            raise source.error((key,), f"unknown key{did_you_mean(key, known)}")
+    said = read_table(source, _LOOPS)
     loops = list(scene.loops)
-    for number, each in enumerate(source.values.get("loops", [])):
-        place = ("loops", number)
-        for key in each:
-            if key not in _LOOP_KEYS:
-                raise source.error((*place, key), f"unknown key{did_you_mean(key, _LOOP_KEYS)}")
+    for number, each in enumerate(said.get("loops", [])):
         for key in ("body", "other"):
-            if each.get(key) not in scene.parts:
-                told = did_you_mean(str(each.get(key)), list(scene.parts))
-                raise source.error((*place, key), f"is {each.get(key)!r}, no link{told}")
-        closes = each.get("closes", "point")
-        if closes not in ("point", "pose"):
-            raise source.error((*place, "closes"), f"is {closes!r}; expected 'point' or 'pose'")
+            if each[key] not in scene.parts:
+                told = did_you_mean(each[key], list(scene.parts))
+                raise source.error(("loops", number, key), f"is {each[key]!r}, no link{told}")
         ends = [
-            _posed(*(" ".join(map(str, each.get(f"{of}{what}", [0, 0, 0]))) for what in _PLACED))
+            frame_of(each.get(f"{of}point", np.zeros(3)), _turned(*each.get(f"{of}rpy", (0, 0, 0))))
             for of in ("", "other_")
         ]
-        name = str(each.get("name", f"loop_{number + 1}"))
-        loops.append(Loop(name, each["body"], ends[0], each["other"], ends[1], closes == "point"))
-    home = {
-        name: np.atleast_1d(np.array(value, dtype=np.float64))
-        for name, value in source.values.get("home", {}).items()
-    }
-    sensors = dict.fromkeys(source.values.get("active", []), (1.0, 0.0))
+        name = each.get("name", f"loop_{number + 1}")
+        turns = each.get("closes", "point") == "point"
+        loops.append(Loop(name, each["body"], ends[0], each["other"], ends[1], turns))
     return dataclasses.replace(
         scene,
         loops=loops,
-        home={**scene.home, **home},
-        sensors=sensors or scene.sensors,
-        known={**scene.known, **({"free": free} if (free := source.values.get("free")) else {})},
+        home={**scene.home, **said.get("home", {})},
+        sensors=dict.fromkeys(said.get("active", ()), (1.0, 0.0)) or scene.sensors,
+        known={**scene.known, **({"free": said["free"]} if said.get("free") else {})},
     )
-
-
-_PLACED = ("point", "rpy")
 
 
 def turn_from_z(along: Array) -> Array:
@@ -442,6 +467,23 @@ def _standing(frame: Array) -> Array:
     vectors = vectors_from_rotations(frame[None, :3, :3])
     turned = quaternions_from_rotation_vectors(vectors)[0]
     return np.array([*frame[:3, 3], turned[3], *turned[:3]])
+
+
+def _said(element: ET.Element, name: str) -> str:
+    """What an element must say."""
+    try:
+        return element.attrib[name]
+    except KeyError:
+        own = element.attrib.get("name")
+        of = f' "{own}"' if own else ""
+        raise SymkinError(f'has <{element.tag}>{of} without "{name}"') from None
+
+
+def _unit(along: Array, what: str) -> Array:
+    length = np.linalg.norm(along)
+    if not length > 0:
+        raise SymkinError(f"has {what} 0; expected a direction")
+    return np.asarray(along / length)
 
 
 def _floats(text: str, count: int | None = None) -> Array:

@@ -337,7 +337,8 @@ def list_of(kind: Kind, least: int = 0, most: int | None = None) -> Kind:
         if not isinstance(raw, list):
             raise WrongValueError("is not a list; expected one")
         if len(raw) < least or (most is not None and len(raw) > most):
-            raise WrongValueError(f"has {len(raw)} items; expected {least} to {most}")
+            wanted = least if least == most else f"{least} to {most}"
+            raise WrongValueError(f"has {len(raw)} items; expected {wanted}")
         return [read_at(index, kind, item) for index, item in enumerate(raw)]
 
     bounds = {} if most is None else {"minItems": least, "maxItems": most}

@@ -328,6 +328,53 @@ def test_loops_of_a_urdf_stand_in_a_file_beside_it(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "says"),
     [
+        ('["j1", "j2"]', "5", "loops.toml:1: active: is not a list"),
+        ("{ y = 0.5 }", "5", "loops.toml:2: home: is not a table of values of joints"),
+        ("{ y = 0.5 }", '{ y = "far" }', "loops.toml:2: home.y: "),
+        ("{ y = 0.5 }", "{ z = 0.5 }", 'has home values of joint "z", which it has not'),
+        ("{ y = 0.5 }", '{ y = 0.5 }\nfree = ["q"]', "free: is 'q'; expected x or y"),
+        ('other = "platform"', "", "loops.toml:3: loops[1].other: this key is missing"),
+        ('other = "platform"', 'other = "platform"\ncloses = "line"', "loops[1].closes: is 'line'"),
+        (", 0, 0]", ", 0]", "loops.toml:5: loops[1].point: has 2 items; expected 3"),
+        (", 0, 0]", ", 0, nan]", "loops.toml:5: loops[1].point[3]: nan is not a finite number"),
+    ],
+)
+def test_what_is_wrong_in_a_file_of_loops_is_named(
+    tmp_path: Path, old: str, new: str, says: str
+) -> None:
+    model, loops, _ = five_bar(tmp_path)
+    assert old in loops.read_text()
+    loops.write_text(loops.read_text().replace(old, new, 1))
+    with pytest.raises(SymkinError) as caught:
+        import_mechanism(model, loops)
+    assert says in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
+        ('type="revolute"', "", 'has <joint> "j1" without "type"'),
+        ('type="revolute"', 'type="planar"', 'joint "j1" of type "planar", which is not read'),
+        ('name="j1" ', "", 'has <joint> without "name"'),
+        ('<axis xyz="0 0 1"/>', '<axis xyz="0 1 0"/>', "leaves the plane of the platform"),
+        ('<child link="crank1"/>', '<child link="rod1"/>', "expected one, the base"),
+        ('<parent link="crank1"/>', '<parent link="nobody"/>', "no way from the base"),
+        ("<axis", '<mimic joint="y" offset="up"/><axis', 'has "up"; expected numbers'),
+    ],
+)
+def test_what_is_wrong_in_a_urdf_is_named(tmp_path: Path, old: str, new: str, says: str) -> None:
+    model, loops, _ = five_bar(tmp_path)
+    assert old in model.read_text()
+    model.write_text(model.read_text().replace(old, new, 1))
+    with pytest.raises(SymkinError) as caught:
+        import_mechanism(model, loops)
+    assert says in str(caught.value)
+    assert str(model) in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "says"),
+    [
         ('<motor joint="m1"/>', "", "no joint is read"),
         ('<motor joint="m1"/>', '<motor joint="m9"/>', 'joint "m9", which it has not'),
         ('name="e0"', 'name="e0" type="ball"', 'ball joint "e0" within a leg'),
@@ -335,6 +382,24 @@ def test_loops_of_a_urdf_stand_in_a_file_beside_it(tmp_path: Path) -> None:
         ('axis="0 0 1"', 'axis="0 0 0"', "axis 0"),
         ('pos="1.5 0 0"', 'pos="1.5 0"', 'has "1.5 0"; expected 3 numbers'),
         ('body1="b1" body2="ee"', 'body1="b1" body2="a1"', "do not hold the platform"),
+        ('body1="b1" ', "", 'has <connect> without "body1"'),
+        ('body1="b1" body2="ee"', 'site1="x"', "with site 'x', which it has not"),
+        ('body2="ee"', 'body2="world"', 'loop "loop_1" that ends at the base'),
+        ('euler="0 0 ', 'euler="0 ', "expected 3 numbers"),
+        ('euler="0 0 ', 'quat="0 0 0 0" was="', "has quat 0; expected a direction"),
+        ('euler="0 0 ', 'zaxis="0 0 0" was="', "has zaxis 0; expected a direction"),
+        ('euler="0 0 ', 'xyaxes="1 0 0 2 0 0" was="', "has parallel xyaxes"),
+        ("<worldbody>", '<compiler eulerseq="xy"/><worldbody>', 'has eulerseq "xy"'),
+        ("<worldbody>", '<compiler coordinate="global"/><worldbody>', "global coordinates"),
+        ('name="m2"', 'name="m2" ref="x"', 'has "x"; expected numbers'),
+        ('<joint name="e1"/>', '<freejoint name="e1"/>', 'body "b1" that flies free'),
+        (
+            "<worldbody>",
+            '<worldbody><body name="table"><joint/></body>',
+            "table that do not hold",
+        ),
+        ("<equality>", '<equality><joint joint1="m0" joint2="e0"/>', 'follows "e0", which is not'),
+        ("<equality>", '<keyframe><key qpos="0"/></keyframe><equality>', "values; expected 7"),
     ],
 )
 def test_what_is_not_understood_is_named(paper_model: Path, old: str, new: str, says: str) -> None:
