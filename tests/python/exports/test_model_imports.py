@@ -358,7 +358,7 @@ def test_what_is_wrong_in_a_file_of_loops_is_named(
         ('name="j1" ', "", 'has <joint> without "name"'),
         ('<axis xyz="0 0 1"/>', '<axis xyz="0 1 0"/>', "leaves the plane of the platform"),
         ('<child link="crank1"/>', '<child link="rod1"/>', "expected one, the base"),
-        ('<parent link="crank1"/>', '<parent link="nobody"/>', "no way from the base"),
+        ('<parent link="base"/>', '<parent link="nobody"/>', "no way from the base"),
         ("<axis", '<mimic joint="y" offset="up"/><axis', 'has "up"; expected numbers'),
     ],
 )
