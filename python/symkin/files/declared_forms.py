@@ -19,7 +19,7 @@ from symkin.errors import SymkinError
 from symkin.files.declared_parts import has_several_paths
 from symkin.model.poses import PoseSpace, roll_pitch_yaw, rotations_from_vectors
 from symkin.storage.quantities import evaluate_quantity
-from symkin.storage.toml_file import TomlSource, WrongValueError, check_keys
+from symkin.storage.toml_file import TomlSource, WrongValueError, check_keys, quantity, read_at
 from symkin.values import Array
 
 _Values = dict[str, Any]
@@ -84,10 +84,7 @@ def box_of(workspace: _Values, space: PoseSpace, free: Sequence[str] | None) -> 
         for name in ("rx", "ry"):
             if name in made:
                 raise WrongValueError(f"stands beside {name}; expected one of the two", ("tilt",))
-        tilt = made.pop("tilt")
-        most = evaluate_quantity(tilt, "rad")
-        if not most >= 0:
-            raise WrongValueError(f"is {tilt}; expected an angle that is not negative", ("tilt",))
+        most = read_at("tilt", quantity("rad", "not negative"), made.pop("tilt"))
         made |= {"rx": [-most, most], "ry": [-most, most]}
         made.setdefault("rz", [0.0, 0.0])
     return made
@@ -106,8 +103,9 @@ def _dyad(values: _Values) -> _Values:
         )
     check_keys(leg, DYAD_KEYS, DYAD_KEYS[:-1], "reference_leg")
     # The named chain counts the first link from x, the declared one from its base.
-    home = dict(leg.get("home", {}))
-    if "q1" in home:
+    home = leg.get("home", {})
+    if isinstance(home, dict) and "q1" in home:
+        home = dict(home)
         home["q1"] = math.remainder(_angle(home["q1"]) - _angle(leg["base_angle"]), 2 * math.pi)
     read = _DYAD.fullmatch(str(values["chain"]))
     assert read is not None  # or this is no dyad
@@ -141,10 +139,11 @@ def _observed(values: _Values) -> _Values:
         if isinstance(noise.get("reading"), dict):
             sizes = list(noise["reading"].values())
             if len(set(map(str, sizes))) != 1:
+                told = ", ".join(map(str, sizes)) or "nothing"
                 raise WrongValueError(
-                    f"has {', '.join(map(str, sizes))} for the joints that are read; expected one "
-                    "noise of all readings (a table of measurements may give each its own, in "
-                    "columns such as psi_4_sd_rad)",
+                    f"has {told} for the joints that are read; expected one noise of all readings "
+                    "(a table of measurements may give each its own, in columns such as "
+                    "psi_4_sd_rad)",
                     ("noise", "reading"),
                 )
             noise["reading"] = sizes[0]
@@ -156,9 +155,7 @@ def _observed(values: _Values) -> _Values:
         raise WrongValueError("is not a table; expected measured", ("observation",))
     check_keys(observation, ("measured", "datum"), (), "observation")
     measured = observation.get("measured")
-    kind = _DEVICES.get(
-        measured if isinstance(measured, str) else ", ".join(map(str, measured or []))
-    )
+    kind = _DEVICES.get(", ".join(map(str, measured if isinstance(measured, list) else [measured])))
     if kind is None:
         known = " or ".join(f'"{each}"' for each in _DEVICES)
         raise WrongValueError(
@@ -182,10 +179,9 @@ def _observed(values: _Values) -> _Values:
             )
         own = re.sub(r"_length$", "_x", name)  # of a dyad by its chain's name
         fixed.append(f"leg{number[1]}.{own}")
-    if fixed:
-        identification = dict(values.get("identification", {}))
-        identification["fixed"] = [*identification.get("fixed", []), *fixed]
-        values["identification"] = identification
+    settings = values.get("identification", {})
+    if fixed and isinstance(settings, dict) and isinstance(settings.get("fixed", []), list):
+        values["identification"] = settings | {"fixed": [*settings.get("fixed", []), *fixed]}
     return values
 
 

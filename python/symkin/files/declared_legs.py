@@ -34,6 +34,7 @@ from symkin.storage.toml_file import (
     TomlSource,
     WrongValueError,
     check_keys,
+    choice,
     list_of,
     read_at,
 )
@@ -90,7 +91,9 @@ def with_declared_chains(source: TomlSource) -> TomlSource:
             names |= {each.label: (each.name,) for each in readings if each.reading}
             space = POSE_SPACES[readings[0].pose_space]
         except WrongValueError as error:
-            raise source.error((*place, *error.keys), str(error)) from error
+            said_above = error.keys[:1] == ("free",) and "free" not in tables[label]
+            above: KeyPath = ("workspace",) if said_above else place
+            raise source.error((*above, *error.keys), str(error)) from error
         except SymkinError as error:
             raise source.error(place, str(error)) from error
     if values.get("platform") in _WHERE:
@@ -294,6 +297,12 @@ def _pose_space(platform: str, planar: bool) -> str:
     return str(platform)
 
 
+def _free(table: _Values, pose_space: str) -> list[str]:
+    """The coordinates of the pose that can be chosen."""
+    names = list_of(choice(*POSE_SPACES[pose_space].units))
+    return list(read_at("free", names, table.get("free", [])))
+
+
 def _home_pose(table: _Values, file: _Values, pose_space: str) -> list[float]:
     """The pose at which the joints have the values of home, a row of a pose array."""
     space = POSE_SPACES[pose_space]
@@ -305,10 +314,13 @@ def _home_pose(table: _Values, file: _Values, pose_space: str) -> list[float]:
         values = [0.0] * space.dof
     else:
         units = space.units
-        free = table.get("free") or list(units)
+        free = _free(table, pose_space) or list(units)
         if isinstance(given, dict):
             given = home_values(given, space, free)
-        names = list(units) if len(given) == space.dof else list(free)
+        whole = isinstance(given, list) and len(given) == space.dof
+        names = list(units) if whole else list(free)
+        if not isinstance(given, list):
+            raise WrongValueError(f"home is {given!r}; expected {', '.join(names)}")
         if len(given) != len(names):
             raise WrongValueError(f"home has {len(given)} values; expected {', '.join(names)}")
         found = {}
@@ -366,10 +378,6 @@ def _chain(
     start, known = _home_joints(table.get("home", {}), builder)
     read = [each for each in own if builder.joints[each][2]]
     units = list(POSE_SPACES[pose_space].units)
-    free = table.get("free", [])
-    for each in free:
-        if each not in units:
-            raise WrongValueError(f"is {each!r}; expected {' or '.join(units)}", ("free",))
     chain = DeclaredChain(
         label,
         "",
@@ -380,7 +388,7 @@ def _chain(
         scalars,
         home_pose,
         start,
-        sorted(units.index(each) for each in free),
+        sorted(units.index(each) for each in _free(table, pose_space)),
         nominal | {"hand": 1.0},
         exact,
         {},

@@ -250,6 +250,31 @@ def test_a_number_of_one_leg_may_differ(tmp_path: Path) -> None:
             6,
             "reads q and elbow, but has so many joints that the others meet all equations",
         ),
+        ('["0 m", "0 m", 0]', "5", 5, "home is 5; expected x, y, phi"),
+        ("[workspace]", "[workspace]\nfree = 5", 22, "workspace.free: is not a list"),
+        ("[workspace]", '[workspace]\nfree = ["z"]', 22, "workspace.free[1]: is 'z'; expected 'x'"),
+        ("[workspace]", '[workspace]\ntilt = "9 deg"', 22, "limits how a platform tilts in space"),
+        ("[workspace]", "[observation]\nmeasured = 5\n[workspace]", 22, "measured: is 5; expected"),
+        (
+            "[workspace]",
+            '[observation]\nmeasured = "readings"\ndatum = { proximal_x = "leg 1" }\n'
+            "[identification]\nfixed = 5\n[workspace]",
+            25,
+            "identification.fixed: is not a list",
+        ),
+        (
+            "[workspace]",
+            '[observation]\nmeasured = "readings"\ndatum = { proximal_x = "1" }\n[workspace]',
+            23,
+            """observation.datum.proximal_x: is '1'; expected such as "leg 1\"""",
+        ),
+        ("[noise]", "[noise]\nreading = {}", 28, "noise.reading: has nothing for"),
+        ("[noise]", "[noise]\ntilt = 1", 28, "stands beside"),
+        ('"elbow: R"', '"elbow: R = 2 q + 3 lb"', 10, 'unknown unit or function "lb"'),
+        ('"elbow: R"', '"elbow: R = q", "knee: R = elbow"', 10, "follows another joint itself"),
+        ('"elbow: R"', "5", 10, 'is 5; expected "name: [R] z"'),
+        ('group = "C3"', 'group = "C3"\naxis = [0, 0, 0]', 19, "is [0, 0, 0]; expected an angle"),
+        ('group = "C3"', 'group = "D3"\naxis = [0, 0, 1]', 18, "turns about the axis, such as"),
     ],
 )
 def test_what_cannot_be_a_leg_is_refused_at_its_line(

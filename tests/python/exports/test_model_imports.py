@@ -332,7 +332,7 @@ def test_loops_of_a_urdf_stand_in_a_file_beside_it(tmp_path: Path) -> None:
         ("{ y = 0.5 }", "5", "loops.toml:2: home: is not a table of values of joints"),
         ("{ y = 0.5 }", '{ y = "far" }', "loops.toml:2: home.y: "),
         ("{ y = 0.5 }", "{ z = 0.5 }", 'has home values of joint "z", which it has not'),
-        ("{ y = 0.5 }", '{ y = 0.5 }\nfree = ["q"]', "free: is 'q'; expected x or y"),
+        ("{ y = 0.5 }", '{ y = 0.5 }\nfree = ["q"]', "free[1]: is 'q'; expected 'x' or 'y'"),
         ('other = "platform"', "", "loops.toml:3: loops[1].other: this key is missing"),
         ('other = "platform"', 'other = "platform"\ncloses = "line"', "loops[1].closes: is 'line'"),
         (", 0, 0]", ", 0]", "loops.toml:5: loops[1].point: has 2 items; expected 3"),
