@@ -142,12 +142,13 @@ def _of_points(wanted: Mapping[str, Any], mechanism: Mechanism, seen: Seen) -> d
 
 
 def _of_bed(wanted: Mapping[str, Any], seen: Seen) -> dict[str, Any]:
-    """The bed's plane is unknown; the tolerances are priors.
+    """The bed's plane is unknown; the tolerances are priors, and count for what is held.
 
     Where positions in the plane are seen the place of the ruler is, too, which nobody knows who
     says what is free, and nothing of frames.
     """
     chosen = dict(wanted)
+    chosen["assume"] = {"tolerances": 1.0, **(chosen.get("assume") or {})}
     if "frames" in chosen:
         return chosen
     said = "free" in chosen

@@ -88,8 +88,9 @@ def identify(
         What is unknown of the frames, see `Frames`: the base in the frame of the measuring device,
         the target on the platform, further targets, fixed points, the plane that a probe touches.
         Where heights are all that was measured of poses, and neither `free` nor `frames` is given,
-        the plane; the tolerances are priors then. Of a platform that never turns some rows may have
-        x and y instead, of marks on a piece, in a frame of the ruler's own.
+        the plane; the tolerances are priors then, and count for what is held. Of a platform that
+        never turns some rows may have x and y instead, of marks on a piece, in a frame of the
+        ruler's own.
     sensor : {"linear", "quadratic", "eccentric"}, optional
         What else is unknown of the sensors: their curvature, or an error of one period a turn.
     gauge : {"prior", "nominal", "datum"}, optional
@@ -102,7 +103,10 @@ def identify(
         pattern of what is held (``{"target": "0.5 mm", "sensor_gain": 1e-4}``), for ``"scale"``,
         that of the measuring device, for ``"bed"``, how far the rim of a probed bed may be above
         its middle, and for ``"sag"``, how much lower the outermost pose may be measured than the
-        middle. Deviations and expected errors contain it, see `Expected.budget`.
+        middle. ``"tolerances"`` says that of whatever is held of the legs, as so many times its
+        tolerance; where heights are all that was measured of poses it is 1, unless it is given, and
+        0 counts what is held as exact. Of what legs share, how far each may be from the others'.
+        Deviations and expected errors contain it, see `Expected.budget`.
     drift : sequence of {"leg", "frame"}, optional
         What may drift with time, from end to end: what the sensor of each leg shows, where the
         base is to the measuring device. Time is the measurements' `times`, or their order; the

@@ -510,17 +510,18 @@ def heights_of(found: Found) -> Heights | None:
     sizes = _size_effects(found, places[touched])
     if sizes is None:
         return None
-    effects, span = sizes
+    effects, untouched, span = sizes
     before, after = _prior_covariance(found), np.asarray(found.covariance)
+    known = with_assumed(found.observed_covariance, found.assumed)
     along_x = effects[0]
-    gain = after @ along_x / (along_x @ after @ along_x + (CALIPER / span) ** 2)
-    with_length = after - np.outer(gain, along_x @ after)
+    gain = known @ along_x / (along_x @ known @ along_x + (CALIPER / span) ** 2)
+    with_length = known - np.outer(gain, along_x @ known)
     return Heights(
         before=_off_the_plane(places[touched], heights[touched]),
         fitted=_off_the_plane(fitted[touched], heights[touched]),
         after=_predicted(found),
-        size_before=_rms(effects, before),
-        size_after=_rms(effects, after),
+        size_before=_rms(untouched, with_assumed(before, found.assumed)),
+        size_after=_rms(effects, known),
         size_with_length=_rms(effects, with_length),
         span=span,
         shown=tuple(_shown(found, before, after)),
@@ -566,23 +567,29 @@ def _prior_covariance(found: Found) -> Array:
     )
 
 
-def _size_effects(found: Found, places: Array) -> tuple[Array, float] | None:
-    """How lengths in the plane grow with the unknowns, relative to them, a row a direction.
+def _size_effects(found: Found, places: Array) -> tuple[Array, Array, float] | None:
+    """How lengths in the plane grow with the unknowns and with what was assumed, relative to them.
 
-    They are centred among the points, as long as these are wide, or as far as the robot reaches;
-    None where it reaches nothing of them, as one that was identified from wrong readings.
+    A row a direction; as estimated, where what was assumed moves the unknowns, and before. They are
+    centred among the points, as long as these are wide, or as far as the robot reaches; None where
+    it reaches nothing of them, as one that was identified from wrong readings.
     """
     centre = places.mean(axis=0)
     half = float(np.sqrt(np.mean(np.sum((places - centre)[:, :2] ** 2, axis=1))))
     angles = np.pi * np.arange(_DIRECTIONS) / _DIRECTIONS
     along = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(_DIRECTIONS)])
     robot = found.mechanism.replace(frames=None, curvature=None)
-    survey = survey_of(found, robot, "height")
+    alone = survey_of(found, robot, "height")
+    unmoved = tuple(dataclasses.replace(each, moves=0 * each.moves) for each in found.assumed)
+    surveys = [dataclasses.replace(alone, assumed=each) for each in (found.assumed, unmoved)]
     for reach in half / 2.0 ** np.arange(4):
-        ends = [survey.effects(centre + sign * reach * along)[0][:, :3] for sign in (-1, 1)]
-        if all(len(end) == _DIRECTIONS for end in ends):
-            effects = np.einsum("nd,ndi->ni", along, ends[1] - ends[0]) / (2 * reach)
-            return effects, float(2 * reach)
+        both = []
+        for survey in surveys:
+            ends = [survey.effects(centre + sign * reach * along)[0][:, :3] for sign in (-1, 1)]
+            if all(len(end) == _DIRECTIONS for end in ends):
+                both.append(np.einsum("nd,ndi->ni", along, ends[1] - ends[0]) / (2 * reach))
+        if len(both) == len(surveys):
+            return both[0], both[1], float(2 * reach)
     return None
 
 

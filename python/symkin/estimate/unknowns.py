@@ -49,7 +49,8 @@ _CURVATURE = {
     "quadratic": ("sensor_quadratic",),
     "eccentric": ("sensor_cosine", "sensor_sine"),
 }
-SCALE, BED, SAG = "scale", "bed", "sag"  # what may be assumed besides scalars
+SCALE, BED, SAG = "scale", "bed", "sag"  # what may be assumed besides scalars,
+TOLERANCES = "tolerances"  # and that all that is held of the legs is off by so many of these
 _NO_TOLERANCE = 1e-6  # m or rad: next to what is made within a tolerance, as good as held
 _WEAK = 1e-6  # of a tolerance that is no prior, next to those that are
 
@@ -398,7 +399,7 @@ class Layout(Value):
         return replace(self, deviations=known)._settled()
 
     def declared(self, assume: Mapping[str, float | str]) -> dict[str, tuple[str, float]]:
-        """Unit and standard deviation of each assumption, of scalars those that are held.
+        """Unit and standard deviation of each assumption: of scalars that are held or shared.
 
         Raises
         ------
@@ -407,9 +408,12 @@ class Layout(Value):
             or a bare number for scalars of several units.
         """
         names = Names(self.scalars, (), self.always_held)
-        held_ones = np.flatnonzero(~self.by_columns.any(axis=1)).tolist()
-        found: dict[str, tuple[str, float]] = {}
+        held_ones = np.flatnonzero(~self.by_columns.any(axis=1) | self._alike).tolist()
+        of_legs = [each for each in held_ones if each in names.of_legs]
+        found = self._off_by_tolerances(assume.get(TOLERANCES, 0.0), of_legs)
         for pattern, given in assume.items():
+            if pattern == TOLERANCES:
+                continue
             if pattern == BED and BOW in self.names:
                 raise SymkinError(
                     f'assume "{BED}" is of a bed whose bow is estimated; expected one of both'
@@ -418,7 +422,7 @@ class Layout(Value):
                 unit = "" if pattern == SCALE else "m"
                 found[pattern] = unit, _deviation(pattern, given, unit, "assumption")
                 continue
-            matched = sorted(names.matching("assume", [pattern], (SCALE, BED, SAG)))
+            matched = sorted(names.matching("assume", [pattern], (SCALE, BED, SAG, TOLERANCES)))
             held = [scalar for scalar in matched if scalar in held_ones]
             if not held:
                 raise SymkinError(
@@ -438,6 +442,28 @@ class Layout(Value):
                     deviation = _deviation(pattern, given, unit, "assumption")
                     found[self.scalars[scalar]] = unit, deviation
         return found
+
+    @property
+    def _alike(self) -> NDArray[np.bool_]:
+        """Which scalars of legs are estimated as one with others, from which they may differ."""
+        own = self.column >= 0
+        members = np.bincount(self.column[own], minlength=len(self.names))
+        shared = np.zeros(len(self.column), dtype=bool)
+        shared[own] = members[self.column[own]] > 1
+        return np.asarray(shared & (self.tolerances > 0))
+
+    def _off_by_tolerances(
+        self, given: float | str, held: Sequence[int]
+    ) -> dict[str, tuple[str, float]]:
+        """What is held of the legs, off by so many times its tolerance; 0 counts it as exact."""
+        if given in (0, "0"):
+            return {}
+        times = _deviation(TOLERANCES, given, "", "assumption")
+        return {
+            self.scalars[i]: (self.units[i], times * float(self.tolerances[i]))
+            for i in held
+            if self.tolerances[i] > 0
+        }
 
     @property
     def length_powers(self) -> Array:

@@ -66,7 +66,7 @@ def printer_of(
         workspace=workspace,
         joint_limits=JointLimits(lower=0.0) if cranks else JointLimits(upper=0.0),
         noise=noise if probe is None else NoiseSettings(probe, 0.0, noise.reading),
-        tolerances=Tolerances(length=1e-3, angle=1e-2, gain=2e-3),
+        tolerances=Tolerances(length=5e-4, angle=5e-3, gain=2e-3),
         frames=Frames(plane=(0.0, 0.0, 0.0)),
         identification=IdentificationSettings(
             free=(_UNKNOWN[:2] if cranks else _UNKNOWN) + _RODS * rods,

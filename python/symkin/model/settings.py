@@ -378,7 +378,7 @@ class IdentificationSettings(_Settings):
         See `identify`.
     assume : mapping of str to float or str, or None
         A standard deviation for each pattern of what is held, for ``"scale"``, ``"bed"`` and
-        ``"sag"``; in a file the section ``[assumed]``.
+        ``"sag"``, and times the ``"tolerances"``; in a file the section ``[assumed]``.
     drift, step : tuple of str or None
         Of ``"leg"`` and ``"frame"``; rows, such as ``"63"`` or ``"frame:63"``.
     growth, backlash, clock_offset : bool or None

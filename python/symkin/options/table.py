@@ -175,8 +175,9 @@ _ALL = (
     Option("assume", dict, metavar="NAME=DEVIATION", objects=True, seldom=_UNKNOWN,
            help="How far what is held may be from what is assumed, such as 'target=0.5 mm', "
                 "scale=1e-4 (of the measuring device), 'bed=0.1 mm' (its rim above its middle), "
-                "'sag=0.1 mm' (of the outermost pose below the middle) or a pattern of "
-                "parameters; may be given several times."),
+                "'sag=0.1 mm' (of the outermost pose below the middle), tolerances=1 (times the "
+                "tolerance of all that is held of legs) or a pattern of parameters; may be given "
+                "several times."),
     # How it is estimated
     Option("estimator", Estimator,
            help="Whitened closures of each leg, the default; the paper's Gauss-Newton on g - psi;"

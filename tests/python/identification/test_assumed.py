@@ -183,6 +183,36 @@ def test_what_is_held_without_a_word_is_noted(robot, measured, assumed):
     assert "held-as-exact" not in {each.code for each in found.notes}
 
 
+def test_the_tolerances_may_be_assumed_of_whatever_is_held(robot, measured):
+    twice = symkin.identify(robot, measured, assume={"tolerances": 2}, **GAINS)
+    told = symkin.identify(
+        robot, measured, assume={"sensor_gain": 2 * robot.tolerances.gain}, **GAINS
+    )
+    assert twice.assumed == told.assumed
+    np.testing.assert_array_equal(twice.covariance, told.covariance)
+    assert symkin.identify(robot, measured, assume={"tolerances": 0}, **GAINS).assumed == ()
+    with pytest.raises(SymkinError, match='assumption of "tolerances" is -1'):
+        symkin.identify(robot, measured, assume={"tolerances": -1}, **GAINS)
+
+
+def test_legs_that_share_a_length_and_differ_move_the_estimate_as_it_is_told(robot, measured):
+    how, plain = {"shared": ["distal_length"]}, robot.replace(symmetry=None)
+    found = symkin.identify(plain, measured, assume={"distal_length": "0.1 mm"}, **how)
+    parameters = robot.parameters.copy()
+    parameters[1, robot.parameter_names.index("distal_length")] -= 1e-5
+    again = symkin.identify(plain.with_parameters(parameters), measured, **how)
+    moves = dict(zip(found.names, moves_of(found)["leg2.distal_length"], strict=True))
+    told = [
+        [
+            moves.get(name, moves.get(f"leg{leg}.{name}", 0.0))
+            - (leg == 2) * (name in how["shared"])
+            for name in robot.parameter_names
+        ]
+        for leg in (1, 2, 3)
+    ]
+    agrees(np.array(told), (again.mechanism.parameters - found.mechanism.parameters) / 1e-5)
+
+
 def test_an_estimate_with_assumptions_loads_back(assumed, tmp_path):
     assumed.save(tmp_path / "results.json")
     loaded = symkin.read_estimate(tmp_path / "results.json")

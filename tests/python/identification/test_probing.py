@@ -101,6 +101,43 @@ def test_parameters_that_the_prior_knows_as_well_are_not_called_free(probed):
     assert not any(each.shown for each in weak)
 
 
+FIRMWARE = {
+    "free": ["sensor_offset", "base_radius", "leg1.base_azimuth", "leg2.base_azimuth"],
+    "shared": ["base_radius"],
+}
+
+
+def test_what_a_firmware_does_not_know_counts_with_its_tolerances(delta):
+    """Held rods, leans and gains, and towers that share a radius: the size that is told holds."""
+    off, alone = [], []
+    for seed in range(1, 41):
+        actual = disturb(delta, seed)
+        found = symkin.identify(delta, touched(actual, seed), **FIRMWARE)
+        exact = symkin.identify(delta, touched(actual, seed), **FIRMWARE, assume={"tolerances": 0})
+        np.testing.assert_array_equal(found.mechanism.parameters, exact.mechanism.parameters)
+        error = abs(printed(found.mechanism, actual) - 0.1) / 0.1
+        off.append(error / found.heights.size_after)
+        alone.append(error / exact.heights.size_after)
+    assert 0.55 < np.mean(np.array(off) < 1) < 0.85
+    assert np.mean(np.array(off) < 1.96) > 0.9
+    assert np.mean(np.array(alone) < 1.96) < 0.6
+    assert "held-as-exact" in {note.code for note in exact.notes}
+    held = {each.name for each in found.assumed}
+    assert {"leg1.distal_length", "leg2.base_radius", "leg3.sensor_gain"} < held
+    assert not held & {"leg1.base_height", "leg1.guide_azimuth", "leg1.sensor_offset"}
+
+
+def test_what_is_said_of_a_held_parameter_counts_before_its_tolerance(delta, actual):
+    told = {"distal_length": "20 um", "base_radius": "10 um"}
+    found = symkin.identify(delta, touched(actual), **FIRMWARE, assume=told)
+    deviations = {each.name: each.deviation for each in found.assumed}
+    assert deviations["leg2.distal_length"] == pytest.approx(2e-5)
+    assert deviations["leg2.base_radius"] == pytest.approx(1e-5)
+    assert deviations["leg2.guide_swing"] == delta.tolerances.angle
+    with pytest.raises(SymkinError, match="sensor_offset, which is estimated; a prior says"):
+        symkin.identify(delta, touched(actual), **FIRMWARE, assume={"sensor_offset": "1 mm"})
+
+
 def test_one_printed_length_settles_the_size(delta, actual, probed):
     piece = PrintedLength(0.1, printed(delta, actual), 2e-5)
     found = symkin.identify(delta, with_printed_length(delta, touched(actual), piece))
