@@ -259,7 +259,9 @@ class Problem:
     def _with_posed_frames(self, base: bool, target: bool) -> Problem:
         given = self.mechanism.frames
         if base and Seen.of(self.measurements).along_edge:
-            return self._with_edge()
+            edge = to_core(edge_of(self.mechanism, self.measurements))
+            made = setup_with(self.setup, self.mechanism.straight, base=edge)
+            return dataclasses.replace(self, setup=made)
         try:
             setup = _core.with_starting_frames(
                 self.mechanism.straight,
@@ -300,12 +302,6 @@ class Problem:
         return setup_with(
             setup, self.mechanism.straight, base=made.get("base"), target=made.get("target")
         )
-
-    def _with_edge(self) -> Problem:
-        """Start where the nominal robot's poses put a straightedge."""
-        edge = edge_of(self.mechanism, self.measurements)
-        made = setup_with(self.setup, self.mechanism.straight, base=to_core(edge))
-        return dataclasses.replace(self, setup=made)
 
     def _with_points(self, base: bool, target: bool) -> Problem:
         layout = self.layout

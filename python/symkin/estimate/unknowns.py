@@ -183,7 +183,9 @@ class Layout(Value):
         exact, loose = _equations(mechanism, names, units, equations, values)
         bound = solved(exact, {names.scalars[i] for i in chosen}, values)
         followers = {names.index[name] for name in bound.by}
-        _refuse_twice(names, followers & set().union(*ties))
+        if twice := followers & set().union(*ties):
+            own = names.scalars[min(twice)]
+            raise SymkinError(f"{own} is shared and tied; expected one of both")
         chosen -= followers
         if not chosen:
             raise SymkinError("nothing is free, so there is nothing to identify")
@@ -652,11 +654,6 @@ def _near(
     unit = units[next(iter(factors))]
     drawn = sum(factor * values[name] for name, factor in tie.factors.items())
     return factors, drawn - tie.constant, _deviation(tie.text, tie.within, unit, "width of tie")
-
-
-def _refuse_twice(names: Names, scalars: set[int]) -> None:
-    if scalars:
-        raise SymkinError(f"{names.scalars[min(scalars)]} is shared and tied; expected one of both")
 
 
 def _groups(

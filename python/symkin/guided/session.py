@@ -187,8 +187,6 @@ class Session:
         self._follow()
         self._write_robot()
 
-    # Asking
-
     def next(self) -> Ask | None:
         """Return the pose to measure now; None when the accuracy is reached, or never will be."""
         self.refresh()
@@ -234,8 +232,6 @@ class Session:
         if asked is None:
             raise StopIteration
         return asked
-
-    # Telling
 
     def add(
         self,
@@ -358,8 +354,6 @@ class Session:
             self._follow()
         return found
 
-    # What is known
-
     @property
     def robot(self) -> Mechanism:
         """What `identify` takes with the session's table: the drawing and what is unknown of it."""
@@ -431,8 +425,6 @@ class Session:
     def suggests_avoiding(self) -> bool:
         """Whether the last failure was the second nearby."""
         return self._chooser.region_fails
-
-    # How it is done
 
     @property
     def _now(self) -> Known:

@@ -241,7 +241,6 @@ def _held(
 
 
 def _priors(survey: Survey) -> str:
-    """What the priors are."""
     tolerances = survey.layout.column_tolerances
     drawn = np.isinf(survey.priors) | np.isclose(survey.priors, tolerances, rtol=1e-9, atol=0)
     return "the drawing's tolerances" if drawn.all() else "the priors"

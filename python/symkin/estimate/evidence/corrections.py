@@ -369,13 +369,9 @@ def _with_look_alikes(
 
 def _looked_at(stated: Correction, corrections: Iterable[Correction]) -> ShortList:
     """The best after a look at few poses: what a screen does, where poses are not known."""
-    settled = (each if each.wide else _settled(each) for each in corrections)
+    settled = (each if each.wide else each.settled(_learnt) for each in corrections)
     best = _looked_through(stated, settled, _LOOKS[:1])
     return ShortList((), tuple(best), tuple(each for each in best if not each.wide)[:FIRST])
-
-
-def _settled(correction: Correction) -> Correction:
-    return correction.settled(_learnt)
 
 
 Tried = list[tuple[Correction, _core.JointFit | None]]

@@ -400,9 +400,6 @@ def error_map(
     return figure
 
 
-# Number of poses.
-
-
 def _mark_enough(axes: Axes, curve: PoseCountCurve) -> None:
     axes.set_xscale("log")
     ticks = [curve.counts[0] * factor for factor in (1, 2, 3, 5, 10)]
@@ -422,9 +419,6 @@ def _plain_ticks(axes: Axes) -> None:
         plain.set_scientific(False)
         formatter(plain)
     axes.tick_params(axis="y", which="minor", labelsize=SMALL - 1, labelcolor=INK)
-
-
-# Residuals.
 
 
 class Left(NamedTuple):
@@ -535,9 +529,6 @@ def _one_by_one(axes: Axes, x: NDArray[Any], values: Array, colour: str) -> NDAr
         axes.plot(middle, half, color=colour, linewidth=1.0)
     worst = np.argsort(-np.abs(np.nan_to_num(values)), kind="stable")[:_WORST]
     return np.sort(worst)
-
-
-# Errors of the end effector.
 
 
 class Panel(NamedTuple):
