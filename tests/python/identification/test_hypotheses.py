@@ -509,3 +509,19 @@ def test_errors_in_most_rows_are_no_gross_errors():
     found = symkin.identify(robot, taken, frames=["base", "target"])
     assert found.doubts
     assert "gross-errors" not in {each.code for each in found.doubts}
+
+
+def test_two_gross_errors_are_named_without_what_they_make_look_wrong():
+    robot = symkin.load_mechanism("3RPS")
+    sample = symkin.sample_workspace(robot, 500, seed=1)
+    plan = symkin.make_plan(robot, sample, 60, design="mechanism")
+    for seed in range(3):
+        made = symkin.simulate(robot, plan, seed, observe="separation")
+        taken = made.measurements.for_all_legs()
+        values = np.array(taken.separations)
+        rows = np.flatnonzero(np.isfinite(values).any(axis=1))[[15 + seed, 18 + seed]]
+        values[rows] -= 0.004
+        wrong = replace(taken, separations=values)
+        (said,) = symkin.identify(robot, wrong, prior="tolerances").doubts
+        assert said.code == "rows-unlike"
+        assert sorted(said.rows) == taken.row_numbers[rows].tolist()

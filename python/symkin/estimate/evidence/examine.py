@@ -60,7 +60,13 @@ from symkin.estimate.evidence.measured import (
     with_lost_turns,
 )
 from symkin.estimate.evidence.models import Fitting, help_of, model_of
-from symkin.estimate.evidence.outliers import Outlier, doubts_of_rows, explain_all, outliers_of
+from symkin.estimate.evidence.outliers import (
+    Outlier,
+    doubts_of_rows,
+    explain_all,
+    left_without,
+    outliers_of,
+)
 from symkin.estimate.evidence.parts import of_another_robot
 from symkin.estimate.evidence.residuals import (
     BETTER,
@@ -283,7 +289,7 @@ def _with_distortion(symptoms: list[Doubt], distorted: Doubt | None) -> list[Dou
 
 def _explains_more(found: Found, outliers: Sequence[Outlier]) -> bool:
     """Whether something that scatters does, each single error being one that was looked for."""
-    by_outliers = sum(each.student**2 - BETTER / 2 for each in outliers)
+    by_outliers = found.chi_square - left_without(found, outliers) - len(outliers) * BETTER
     return any(each.figures["gain"] > by_outliers for each in doubts_of_scatter(found))
 
 

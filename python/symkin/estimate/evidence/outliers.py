@@ -3,25 +3,27 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Iterator, Sequence
 from statistics import NormalDist
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from symkin.errors import few
+from symkin import _core
+from symkin.errors import SymkinError, few
+from symkin.estimate.blunders import ALIKE, limit_of, without, without_blunders, worst_first
 from symkin.estimate.evidence.findings import Doubt
 from symkin.estimate.evidence.residuals import ALARMS, Diagnosed
-from symkin.estimate.fit import FALSE_ALARMS
-from symkin.estimate.found import Found
-from symkin.estimate.problem import KINDS, Rows
+from symkin.estimate.found import Found, GoodnessOfFit
+from symkin.estimate.kept import once
+from symkin.estimate.problem import KINDS, Problem, Rows
 from symkin.values import Value, field, record
 
 _NAMED = 5
 _READINGS = "readings"
 _ASIDE = 0.1  # of the rows, if not one
-_ALIKE = 1 - 1e-6  # of t: observations of a pose that nothing tells apart
 
 
 @record
@@ -69,7 +71,7 @@ class Outlier(Value):
 def outliers_of(found: Found, result: Diagnosed | None) -> tuple[Outlier, ...]:
     """Give poses, or observations, that do not fit the others, the worst first."""
     if not found.legs:
-        return tuple(blunders_of(found))
+        return blunders_of(found)
     return () if result is None else _closures(found, result)
 
 
@@ -100,8 +102,7 @@ def blunder_limit(found: Found, without: Sequence[Outlier] = ()) -> float:
     is no blunder, and one that is far off makes the sum large by itself. `without` those that are
     known to be.
     """
-    known = max(int(np.isfinite(found.rows.t).sum()), 1)
-    limit = NormalDist().inv_cdf(1 - FALSE_ALARMS / 2 / known)
+    limit = limit_of(int(np.isfinite(found.rows.t).sum()))
     left = found.chi_square - sum(each.student**2 for each in without)
     others = found.degrees_of_freedom - len(without) - 1
     if others <= 0:
@@ -111,51 +112,112 @@ def blunder_limit(found: Found, without: Sequence[Outlier] = ()) -> float:
     return min(limit * found.spread, max(limit, alone))
 
 
-def blunders_of(found: Found) -> Iterator[Outlier]:
+class SingleErrors(NamedTuple):
+    """Observations without which the others fit better, and how these fit."""
+
+    outliers: tuple[Outlier, ...]
+    left: GoodnessOfFit
+
+
+@once
+def single_errors(found: Found) -> SingleErrors | None:
+    """Those that do not fit what is left without them; None without any, or where they are many.
+
+    A robust fit finds them, since they may hide each other and make sound ones look wrong, and a
+    few sound ones besides: none is told that fits when it alone comes back.
+    """
+    if found.options.loss != "none" or not worst_first(found.rows, blunder_limit(found)):
+        return None
+    options, measured = dataclasses.replace(found.options, noise=found.noise), found.measurements
+    nearest, most = options.gauge == "nominal", max(int(_ASIDE * len(measured)), 1)
+    try:
+        problem, fit, _ = Problem.of(found.nominal, measured, options).resolved()
+        _, clean, rejected = without_blunders(problem, fit, most)
+
+        def fitted(out: Sequence[tuple[int, str]]) -> _core.JointFit:
+            rest = dataclasses.replace(problem, measurements=without(measured, out))
+            return rest.fit(nearest=nearest)
+
+        left = GoodnessOfFit.of(clean.goodness)
+        spread = math.sqrt(left.chi_square_ratio) if left.unexplained else 1.0
+        limit = spread * limit_of(int(np.isfinite(found.rows.t).sum()))
+        told, kept = list[Outlier](), list[tuple[int, str]]()
+        for pose, what in rejected:
+            rows = Rows.of(fitted([each for each in rejected if each[0] != pose]))
+            for row in worst_first(rows, limit):
+                if rows.pose[row] == pose:
+                    told.append(_blunder(found, rows, row, spread))
+                    kept.append((pose, what))
+        if len(kept) < len(rejected):
+            left = GoodnessOfFit.of(fitted(kept).goodness)
+    except SymkinError:
+        return None
+    return (
+        SingleErrors(tuple(sorted(told, key=lambda each: -abs(each.student))), left)
+        if told
+        else None
+    )
+
+
+def blunders_of(found: Found) -> tuple[Outlier, ...]:
     """Give single observations that do not fit, the worst first; of a pose only the worst."""
-    rows, numbers, space = found.rows, found.measurements.row_numbers, found.nominal.pose_space
-    t, told = np.nan_to_num(rows.t), list[Outlier]()
+    errors = single_errors(found)
+    return tuple(_in_turn(found)) if errors is None else errors.outliers
+
+
+def _in_turn(found: Found) -> Iterator[Outlier]:
+    """By the estimate itself."""
     left, spare = found.chi_square, found.degrees_of_freedom
-    for worst in np.argsort(-np.abs(t)).tolist():
-        place, row = worst, int(rows.pose[worst])
-        if row in {each.row for each in told}:
-            continue
-        if abs(t[place]) <= blunder_limit(found, told):
+    told = list[Outlier]()
+    for place in worst_first(found.rows, 0.0):
+        t = float(found.rows.t[place])
+        if abs(t) <= blunder_limit(found, told):
             break
-        left, spare = left - float(t[place]) ** 2, spare - 1
+        left, spare = left - t**2, spare - 1
         others = math.sqrt(max(left / spare, 1.0)) if spare > 0 else math.inf
-        # With one condition any observation of the pose may be it, and a reading is seldom typed.
-        alike = np.flatnonzero((rows.pose == row) & (np.abs(t) > _ALIKE * abs(t[place])))
-        place = next(
-            (each for each in alike.tolist() if KINDS[rows.kind[each]] != _READINGS), place
-        )
-        blunder = Outlier(
-            row=row,
-            row_number=int(numbers[row]),
-            what=rows.what(place, space),
-            leg=int(rows.index[place]) if KINDS[rows.kind[place]] == _READINGS else None,
-            student=float(t[place]),
-            p_value=2 * NormalDist().cdf(-abs(t[place]) / min(found.spread, others)),
-            size=float(rows.blunder[place]),
-            unit=rows.unit(place, space, found.nominal.reading_unit),
-            place=place,
-        )
-        told.append(blunder)
-        yield blunder
+        told.append(_blunder(found, found.rows, place, min(found.spread, others)))
+        yield told[-1]
         if found.unexplained and left <= found.limit:  # what is left is far off by these alone
             break
+
+
+def _blunder(found: Found, rows: Rows, row: int, spread: float) -> Outlier:
+    """One observation of a fit's rows, as an outlier of the estimate."""
+    pose, kind, index = int(rows.pose[row]), rows.kind[row], rows.index[row]
+    known, space = found.rows, found.nominal.pose_space
+    same = (known.pose == pose) & (known.kind == kind) & (known.index == index)
+    t = float(rows.t[row])
+    return Outlier(
+        row=pose,
+        row_number=int(found.measurements.row_numbers[pose]),
+        what=rows.what(row, space),
+        leg=int(index) if KINDS[kind] == _READINGS else None,
+        student=t,
+        p_value=2 * NormalDist().cdf(-abs(t) / spread),
+        size=float(rows.blunder[row]),
+        unit=rows.unit(row, space, found.nominal.reading_unit),
+        place=int(np.argmax(same)),
+    )
 
 
 def explain_all(found: Found, outliers: Sequence[Outlier]) -> bool:
     """Whether without a few single observations noise explains the others."""
     single = [each for each in outliers if each.place >= 0]
-    if (
-        not single
-        or not found.unexplained
-        or len(single) > max(_ASIDE * len(found.measurements), 1)
-    ):
+    many = len(single) > max(_ASIDE * len(found.measurements), 1)
+    if not single or not found.unexplained or many:
         return False
-    return found.chi_square - sum(each.student**2 for each in single) <= found.limit
+    errors = single_errors(found)
+    if errors is not None:
+        return not errors.left.unexplained
+    return left_without(found, outliers) <= found.limit
+
+
+def left_without(found: Found, outliers: Sequence[Outlier]) -> float:
+    """Chi-square of the others."""
+    errors = single_errors(found)
+    if errors is not None:
+        return errors.left.chi_square
+    return found.chi_square - sum(each.student**2 for each in outliers)
 
 
 def doubts_of_rows(found: Found, outliers: Sequence[Outlier]) -> Iterator[Doubt]:
@@ -183,7 +245,7 @@ def _far(each: Outlier) -> str:
 
 def _off(rows: Rows, each: Outlier) -> str:
     # With one condition any observation of the pose may be to blame.
-    same = (rows.pose == each.row) & (np.abs(rows.t) > _ALIKE * abs(each.student))
+    same = (rows.pose == each.row) & (np.abs(rows.t) > ALIKE * abs(rows.t[each.place]))
     another = ", or as well another observation of that row" if same.sum() > 1 else ""
     return (
         f"{each.row_number} ({each.what}: off by {each.size:+.3g} {each.unit}, "

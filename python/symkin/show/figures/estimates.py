@@ -20,7 +20,7 @@ from symkin.analysis.evaluation import Evaluation
 from symkin.analysis.promises import NORMAL_95, ExpectedAccuracy
 from symkin.analysis.workspace import WorkspaceSample, coordinate_names, workspace_coordinates
 from symkin.estimate.estimate import Estimate
-from symkin.estimate.evidence.outliers import blunder_limit, blunders_of
+from symkin.estimate.evidence.outliers import blunder_limit
 from symkin.estimate.problem import KINDS
 from symkin.model.mechanism import Mechanism
 from symkin.model.poses import PoseSpace
@@ -244,13 +244,13 @@ def t_values(found: Estimate, *, ax: Axes | None = None) -> Axes:
         name_points(points, names)
         label = "poses and others" if leg is None else f"leg {leg + 1}"
         handles.append(sign(marker, label, colour, 5))
-    blunders = list(blunders_of(found))
+    blunders = [each for each in found.outliers if each.place >= 0]
     limit = blunder_limit(found, blunders)
     for side in (-limit, limit):
         axes.axhline(side, color=ACCENT, linewidth=0.9, linestyle="--")
     for each in blunders[:_NAMED]:
         name = f" {each.what}, row {each.row_number}"
-        place = (each.row_number, each.student)
+        place = (each.row_number, rows.t[each.place])
         axes.annotate(name, place, fontsize=SMALL, color=INK, va="center")
     axes.axhline(0, color=LINE, linewidth=0.8)
     axes.xaxis.set_major_locator(MaxNLocator(integer=True))
