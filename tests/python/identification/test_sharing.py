@@ -136,3 +136,17 @@ def test_ties_by_role_are_written_as_equations_and_do_what_sharing_does(five_bar
 def test_ties_by_role_that_tie_nothing_are_refused(name, tie, why):
     with pytest.raises(SymkinError, match=why):
         laid_out(symkin.load_mechanism(name), tie=[tie])
+
+
+def test_an_estimate_that_is_nearly_symmetric_shares_as_the_drawing_does():
+    """Legs some micrometres off a mirror: what they share goes with nothing else by a rounding."""
+    delta = symkin.load_mechanism("linear_delta").replace(symmetry=None)
+    parameters = delta.parameters.copy()
+    parameters[:2, delta.parameter_names.index("base_azimuth")] += [8.3e-5, 7.0e-5]
+    estimated = delta.with_parameters(parameters)
+    free = ["sensor_offset", "base_radius", "leg1.base_azimuth", "leg2.base_azimuth"]
+    drawn, found = (
+        laid_out(each, free=free, shared=["base_radius"]) for each in (delta, estimated)
+    )
+    assert found.names == drawn.names
+    assert factors(found, "base_radius") == pytest.approx([1, 1, 1])

@@ -15,7 +15,9 @@ from symkin.values import Array
 
 _NEARLY = 3.0  # tolerances by which legs of a robot that was made may be off
 _ROUNDING = 1e-6
-_BY_ERRORS = 0.05  # tolerances that errors of such a robot bring into one of a parameter
+# Tolerances that errors of a robot bring into one of a parameter: of one within rounding, whose
+# legs are some micrometres off, and of one that was made.
+_BY_ROUNDING, _BY_ERRORS = 1e-3, 0.05
 
 
 class RoleImage(NamedTuple):
@@ -36,7 +38,7 @@ def role_images(mechanism: Mechanism) -> tuple[RoleImage, ...]:
     that keep the modes first. The drawing's within rounding; where there are none, as of a robot
     that was calibrated, those within three tolerances.
     """
-    pairs, off = symmetry_pairs(mechanism), _ROUNDING
+    pairs, off = symmetry_pairs(mechanism), _BY_ROUNDING
     if len(pairs.fix_home) == 1:
         tolerances = mechanism.tolerances
         near = _NEARLY * min(
