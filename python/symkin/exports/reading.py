@@ -530,19 +530,23 @@ class _Config:
             self._parser.read_string("\n".join(own), str(path))
             self._parser.read_string("\n".join(saved[begun:]), str(path))
         except configparser.Error as error:
-            other = kind_of_file(path)
-            if other:
-                raise SymkinError(
-                    f"{path}: is {other}; expected a printer.cfg, a model or a log. Tables and "
-                    "mechanism files need no import: symkin identify takes them"
-                ) from error
-            reason = " ".join(str(error).split())
-            raise SymkinError(
-                f"{path}: is not a printer.cfg: {reason}; expected a printer.cfg, a model (URDF, "
-                "SDF or MJCF) or a log"
-            ) from error
+            raise self._none(" ".join(str(error).split())) from error
         included = [name for name in self._parser.sections() if name.startswith("include ")]
         self.notes = [f"[{name}] was not read" for name in included]
+        if not (included or self._parser.has_section("printer")):
+            raise self._none("has no [printer]")
+
+    def _none(self, reason: str) -> SymkinError:
+        other = kind_of_file(self.path)
+        if other:
+            return SymkinError(
+                f"{self.path}: is {other}; expected a printer.cfg, a model or a log. Tables and "
+                "mechanism files need no import: symkin identify takes them"
+            )
+        return SymkinError(
+            f"{self.path}: is not a printer.cfg: {reason}; expected a printer.cfg, a model (URDF, "
+            "SDF or MJCF) or a log"
+        )
 
     def error(self, section: str, option: str, message: str) -> SymkinError:
         """An error at an option."""

@@ -292,6 +292,11 @@ def test_a_wrong_configuration_is_refused_at_its_option(
         import_mechanism(config(text.replace(old, new)))
 
 
+def test_a_file_without_a_printer_is_none(config: Callable[[str], Path]) -> None:
+    with pytest.raises(SymkinError, match=r"is not a printer.cfg: has no \[printer\]"):
+        import_mechanism(config("[1, 2]\n"))
+
+
 CRANKED = {"radius": 90.0, "height": 360.0, "crank": 100.0, "rod": 320.0, "angles": (30, 150, 270)}
 ENDSTOPS = (120.0, 119.2, 120.9)  # heights of the nozzle
 STEP_RAD = 2 * math.pi / (200 * 16 * 107 / 16)
