@@ -167,11 +167,12 @@ RowShares shares_of(const LinearPose& pose, const RowMatrix& covariance) {
   return {e * pose.conditions, e.rowwise().squaredNorm(), explained_by(pose, covariance)};
 }
 
-// Statistics of the rows of one pose, or of a piece of a block, of which the estimate follows the
-// share that the pose's weight leaves. With a loss the estimates vary by more than those of least
-// squares, which moves rows by this variance; else empty.
-void add_rows(const LinearPose& pose, const RowShares& shares, const Vector& weights,
-              const Vector& by_loss, std::vector<RowFit>& rows) {
+// Statistics of the rows of one pose, or of a piece of a block. The estimate follows a row by this
+// weight: one that is rejected is off by its own error and by that of the estimate, which has
+// nothing of it. With a loss the estimates vary by more than those of least squares, which moves
+// rows by this variance; else empty.
+void add_rows(const LinearPose& pose, const RowShares& shares, double weight, const Vector& by_loss,
+              std::vector<RowFit>& rows) {
   constexpr double kSilent = 1e-9;  // of the row's own variance
   for (Index k = 0; k < pose.variances.size(); ++k) {
     const RowOrigin& origin = pose.origins[static_cast<std::size_t>(k)];
@@ -180,7 +181,8 @@ void add_rows(const LinearPose& pose, const RowShares& shares, const Vector& wei
     }
     const double multiplier = shares.multipliers[k];
     const double all = shares.variances[k];
-    const double variance = all - shares.explained[k];
+    const double explained = shares.explained[k];
+    const double left = all - weight * explained;  // of what is off from where the others have it
     // A closure is to vanish at the reading less its error, and what is observed is to be the model
     // and its error.
     const bool reading = origin.kind == RowOrigin::Kind::closure;
@@ -188,12 +190,11 @@ void add_rows(const LinearPose& pose, const RowShares& shares, const Vector& wei
     RowFit row{origin.pose,  static_cast<int>(origin.kind),
                origin.index, -pose.variances[k] * multiplier / unit,
                kMissing,     kMissing};
-    if (variance > kSilent * all) {
-      // Of what is off from where the others have it, 1 if the estimate follows it as they do.
-      const double kept = (variance + weights[origin.pose] * shares.explained[k]) / all;
+    if (left > kSilent * all) {
       const double moved = by_loss.size() > 0 ? std::max(by_loss[k], 0.0) : 0;
-      row.t = -multiplier / std::sqrt(variance / (kept * kept) + moved) * (unit < 0 ? -1 : 1);
-      row.blunder = -multiplier * kept / variance / unit;
+      const double variance = left * (1 + (1 - weight) * explained / all) + moved;
+      row.t = -multiplier / std::sqrt(variance) * (unit < 0 ? -1 : 1);
+      row.blunder = -multiplier / left / unit;
     }
     rows.push_back(row);
   }
@@ -266,18 +267,18 @@ void describe(const LatentProblem& problem, const LinearFit& all, const Layout& 
     if (problem.aside()[static_cast<std::size_t>(pose)]) {
       continue;
     }
+    const double weight = fit.loss_weights[pose];  // of a block at its first
     if (const LinearBlock* block = problem.block(pose)) {
       const std::vector<RowShares> shares = block->shares(fit.model_covariance);
       const std::vector<RowShares> moved =
           losses.any() ? block->shares(by_loss) : std::vector<RowShares>(shares.size());
       for (std::size_t k = 0; k < shares.size(); ++k) {
-        add_rows(block->pieces()[k].rows, shares[k], fit.loss_weights, moved[k].explained,
-                 fit.rows);
+        add_rows(block->pieces()[k].rows, shares[k], weight, moved[k].explained, fit.rows);
       }
     } else if (problem.alone(pose)) {
       const LinearPose linear = problem.as_eliminated(pose);
       const Vector moved = losses.any() ? explained_by(linear, by_loss) : Vector();
-      add_rows(linear, shares_of(linear, fit.model_covariance), fit.loss_weights, moved, fit.rows);
+      add_rows(linear, shares_of(linear, fit.model_covariance), weight, moved, fit.rows);
     }
   }
 }

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <limits>
 #include <string>
 
@@ -12,6 +13,7 @@
 #include "symkin/kinematics/inverse_kinematics.hpp"
 #include "symkin/support/error.hpp"
 #include "symkin/support/not_identifiable.hpp"
+#include "symkin/support/random.hpp"
 
 namespace symkin {
 namespace {
@@ -123,6 +125,45 @@ TEST(LatentPoses, MeasuredInFullGiveTheFitOfTheGeneralElimination) {
       EXPECT_NEAR(row.blunder, other.blunder, 1e-8);
     }
   }
+}
+
+// The estimate hardly follows a pose that a loss rejects: what a reading there is off by is known
+// as well as the others tell it, whose estimate is worse where they are few.
+TEST(JointFit, WithALossSaysByHowMuchAReadingIsOffAndHowWellThatIsKnown) {
+  constexpr Index kCount = 24;
+  constexpr double kOff = 5e-3;  // 100 deviations
+  const Mechanism nominal = testing::paper_3rrr();
+  const Mechanism actual = disturb(nominal, {1e-3, 1e-3, 1e-3}, 7);
+  const RowMatrix poses = sample_workspace(nominal, testing::paper_workspace(), kCount, 3).poses;
+  const RowMatrix readings = inverse_kinematics(actual, poses);
+  const symkin::Setup setup = symkin::Setup::of(nominal);
+  const Layout layout = Layout::of_all_parameters(nominal, setup);
+  JointOptions options;
+  options.start = poses;
+  options.loss = loss_named("cauchy");
+  Random random(5);
+  double squares = 0;
+  constexpr int kTurns = 6;
+  for (Index i = 0; i < kTurns * kCount; ++i) {
+    const Index pose = i % kCount;
+    const auto noise = [&](double /*unused*/) { return random.normal(); };
+    Observations observations;
+    observations.readings = everywhere(readings + 5e-5 * readings.unaryExpr(noise), 5e-5, 3);
+    observations.poses = everywhere(poses + 1e-4 * poses.unaryExpr(noise), 1e-4, 3);
+    observations.readings.values(pose, 1) += kOff;
+    const JointFit fit = fit_jointly(nominal, setup, observations, layout, options);
+    ASSERT_TRUE(fit.converged) << fit.failure;
+    ASSERT_LT(fit.loss_weights[pose], 0.05);
+    const auto row = std::find_if(fit.rows.begin(), fit.rows.end(), [&](const RowFit& each) {
+      return each.pose == pose && each.kind == 0 && each.index == 1;
+    });
+    ASSERT_NE(row, fit.rows.end());
+    EXPECT_NEAR(row->blunder / kOff, 1, 0.25) << i;
+    const double off = (row->blunder - kOff) * row->t / row->blunder;
+    squares += off * off;
+  }
+  // Four standard errors of 144 squares.
+  EXPECT_NEAR(squares / (kTurns * kCount), 1, 0.47);
 }
 
 TEST(LatentPoses, AreRefusedWhereExactObservationsContradictEachOther) {
