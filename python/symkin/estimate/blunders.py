@@ -54,7 +54,6 @@ def without_blunders(
     pose would mislead. Ends as it is where that would drop more than `most`.
     """
     rejected: list[tuple[int, str]] = []
-    whole = problem.measurements
     nearest = problem.options.gauge == "nominal"
     loss: Loss = problem.options.loss
     if loss == "none":
@@ -67,10 +66,10 @@ def without_blunders(
             return problem, fit, tuple(sorted(rejected, key=lambda each: each[0]))
         if not changes:
             loss = "none"
-        # As a whole, once it is.
-        spoiled = {pose for pose, _ in changes}
-        rejected = [each for each in rejected if each[0] not in spoiled] + changes
-        problem = dataclasses.replace(problem, measurements=without(whole, rejected))
+        again = {pose for pose, _ in changes}
+        rejected = [each for each in rejected if each[0] not in again] + changes
+        measurements = without(problem.measurements, changes)
+        problem = dataclasses.replace(problem, measurements=measurements)
         fit = _robust(problem, nearest=nearest, loss=loss)
 
 

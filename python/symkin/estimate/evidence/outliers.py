@@ -152,11 +152,8 @@ def single_errors(found: Found) -> SingleErrors | None:
             left = GoodnessOfFit.of(fitted(kept).goodness)
     except SymkinError:
         return None
-    return (
-        SingleErrors(tuple(sorted(told, key=lambda each: -abs(each.student))), left)
-        if told
-        else None
-    )
+    told.sort(key=lambda each: -abs(each.student))
+    return SingleErrors(tuple(told), left) if told else None
 
 
 def blunders_of(found: Found) -> tuple[Outlier, ...]:
