@@ -525,3 +525,15 @@ def test_two_gross_errors_are_named_without_what_they_make_look_wrong():
         (said,) = symkin.identify(robot, wrong, prior="tolerances").doubts
         assert said.code == "rows-unlike"
         assert sorted(said.rows) == taken.row_numbers[rows].tolist()
+
+
+def test_one_wrong_pose_late_in_a_table_is_no_device_that_is_noisier_from_there_on():
+    robot = symkin.load_mechanism("3RPS")
+    sample = symkin.sample_workspace(robot, 500, seed=1)
+    plan = symkin.make_plan(robot, sample, 60, design="mechanism")
+    for seed in range(4):
+        taken = symkin.simulate(robot, plan, seed).measurements.for_all_legs()
+        poses = np.array(taken.poses)
+        poses[38 + seed, 0] += 40 * robot.noise.position
+        (said,) = symkin.identify(robot, replace(taken, poses=poses)).doubts
+        assert (said.code, said.rows) == ("rows-unlike", (int(taken.row_numbers[38 + seed]),))

@@ -63,8 +63,8 @@ from symkin.estimate.evidence.models import Fitting, help_of, model_of
 from symkin.estimate.evidence.outliers import (
     Outlier,
     doubts_of_rows,
+    drop_without,
     explain_all,
-    left_without,
     outliers_of,
 )
 from symkin.estimate.evidence.parts import of_another_robot
@@ -289,7 +289,7 @@ def _with_distortion(symptoms: list[Doubt], distorted: Doubt | None) -> list[Dou
 
 def _explains_more(found: Found, outliers: Sequence[Outlier]) -> bool:
     """Whether something that scatters does, each single error being one that was looked for."""
-    by_outliers = found.chi_square - left_without(found, outliers) - len(outliers) * BETTER
+    by_outliers = drop_without(found, outliers) - len(outliers) * BETTER
     return any(each.figures["gain"] > by_outliers for each in doubts_of_scatter(found))
 
 

@@ -100,6 +100,13 @@ class LinearRows:
             np.einsum("nr,nr->n", there, np.linalg.solve(known, there[..., None])[..., 0])
         )
 
+    def drop_without(self, places: NDArray[np.intp]) -> float:
+        """What chi-square loses without the rows at some places."""
+        residual, basis = self.residual[places], self.basis[places]
+        along = np.einsum("nrk,nr->k", basis, residual)
+        rest = np.eye(len(along)) - np.einsum("nrk,nrl->kl", basis, basis)
+        return float(np.square(residual).sum() + along @ np.linalg.solve(rest, along))
+
     def moved(self, column: Array) -> Array:
         """By how much the unknowns are off if so much of a column, n x r, was taken for noise."""
         return np.asarray(-np.einsum("nrk,nr->k", self.basis, column) @ self.by_basis)

@@ -10,11 +10,14 @@ from statistics import NormalDist
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from symkin import _core
 from symkin.errors import SymkinError, few
 from symkin.estimate.blunders import ALIKE, limit_of, without, without_blunders, worst_first
+from symkin.estimate.evidence.changes import is_noise
 from symkin.estimate.evidence.findings import Doubt
+from symkin.estimate.evidence.linear_rows import LinearRows, linear_rows
 from symkin.estimate.evidence.residuals import ALARMS, Diagnosed
 from symkin.estimate.found import Found, GoodnessOfFit
 from symkin.estimate.kept import once
@@ -126,7 +129,11 @@ def single_errors(found: Found) -> SingleErrors | None:
     A robust fit finds them, since they may hide each other and make sound ones look wrong, and a
     few sound ones besides: none is told that fits when it alone comes back.
     """
-    if found.options.loss != "none" or not worst_first(found.rows, blunder_limit(found)):
+    if (
+        found.legs
+        or found.options.loss != "none"
+        or not worst_first(found.rows, blunder_limit(found))
+    ):
         return None
     options, measured = dataclasses.replace(found.options, noise=found.noise), found.measurements
     nearest, most = options.gauge == "nominal", max(int(_ASIDE * len(measured)), 1)
@@ -199,22 +206,40 @@ def _blunder(found: Found, rows: Rows, row: int, spread: float) -> Outlier:
 
 def explain_all(found: Found, outliers: Sequence[Outlier]) -> bool:
     """Whether without a few single observations noise explains the others."""
-    single = [each for each in outliers if each.place >= 0]
-    many = len(single) > max(_ASIDE * len(found.measurements), 1)
-    if not single or not found.unexplained or many:
+    many = len(outliers) > max(_ASIDE * len(found.measurements), 1)
+    if not outliers or not found.unexplained or many:
         return False
     errors = single_errors(found)
     if errors is not None:
         return not errors.left.unexplained
-    return left_without(found, outliers) <= found.limit
+    rows = _of_poses(found)
+    if rows is not None:
+        used = int(rows.used[_places(rows, outliers)].sum())
+        return is_noise(rows.square - drop_without(found, outliers), rows.spare - used)
+    return found.chi_square - drop_without(found, outliers) <= found.limit
 
 
-def left_without(found: Found, outliers: Sequence[Outlier]) -> float:
-    """Chi-square of the others."""
+def drop_without(found: Found, outliers: Sequence[Outlier]) -> float:
+    """What chi-square loses without them."""
     errors = single_errors(found)
     if errors is not None:
-        return errors.left.chi_square
-    return found.chi_square - sum(each.student**2 for each in outliers)
+        return found.chi_square - errors.left.chi_square
+    rows = _of_poses(found)
+    if rows is not None:
+        return rows.drop_without(_places(rows, outliers))
+    return sum(each.student**2 for each in outliers)
+
+
+def _of_poses(found: Found) -> LinearRows | None:
+    """The rows of an estimate of legs, whose outliers are poses."""
+    try:
+        return linear_rows(found, ()) if found.legs else None
+    except SymkinError:
+        return None
+
+
+def _places(rows: LinearRows, outliers: Sequence[Outlier]) -> NDArray[np.intp]:
+    return np.flatnonzero(np.isin(rows.order, [each.row for each in outliers]))
 
 
 def doubts_of_rows(found: Found, outliers: Sequence[Outlier]) -> Iterator[Doubt]:
