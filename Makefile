@@ -24,6 +24,7 @@ sources = $(shell find $(1) ! -name '__pycache__' ! -name '*.pyc' ! -name '.*' !
 PACKAGE_SOURCES := CMakeLists.txt CMakePresets.json pyproject.toml README.md LICENSE THIRD-PARTY-NOTICES.txt \
   $(call sources,cmake cpp/symkin cpp/bindings python mechanisms)
 CPP_FILES = $(shell find cpp tests benchmarks -name '*.hpp' -o -name '*.cpp')
+CMAKE_LISTS = CMakePresets.json CMakeLists.txt $(shell find cpp tests benchmarks -name CMakeLists.txt)
 
 run: $(STAMPS)/package ## Run the whole protocol on the 3-RRR and write out/3RRR/report.html
 	@.venv/bin/symkin run 3RRR --out out/3RRR --overwrite
@@ -110,12 +111,12 @@ $(STAMPS)/requirements $(STAMPS)/test $(STAMPS)/lint $(STAMPS)/docs $(STAMPS)/be
 	@touch $@
 
 # Of the C++ library alone: Python would need the sanitizers' runtime too.
-build/sanitize/configured: CMakePresets.json | system-packages
+build/sanitize/configured: $(CMAKE_LISTS) | system-packages
 	@mkdir -p build
 	@cmake --preset sanitize >build/sanitize.log 2>&1 || { cat build/sanitize.log >&2; exit 1; }
 	@touch $@
 
-build/%/configured: CMakePresets.json $(STAMPS)/requirements
+build/%/configured: $(CMAKE_LISTS) $(STAMPS)/requirements
 	@echo "Configuring build/$*"
 	@mkdir -p build
 	@cmake --preset $* -D SYMKIN_BUILD_PYTHON=ON -D Python_EXECUTABLE=$(abspath $(PYTHON)) \

@@ -76,6 +76,9 @@ class Diagnostician {
     const MissingTerms missing(system_, projection_, {system_.legs.size(), terms});
     for (Index place = 0; place < static_cast<Index>(system_.legs.size()); ++place) {
       const MissingTerms::Explained found = missing.explained({place});
+      if (found.alone.size() == 0) {
+        continue;
+      }
       ResidualTest test = term_test(Suspect::geometry, leg(place), found);
       Index most = 0;
       found.alone.maxCoeff(&most);

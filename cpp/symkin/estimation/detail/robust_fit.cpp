@@ -41,6 +41,9 @@ Vector leverages(const WhitenedSystem& blocks) {
 std::vector<Index> unguarded(const WhitenedSystem& blocks, const RobustLoss& loss,
                              const std::string& whose, const std::vector<Index>& names) {
   const Vector each = leverages(blocks);
+  if (each.size() == 0) {
+    return {};
+  }
   Index worst = 0;
   const double largest = each.maxCoeff(&worst);
   const bool cauchy = loss.family->start == LossFamily::Start::two;
