@@ -4,10 +4,9 @@
 from __future__ import annotations
 
 import copy
-import dataclasses
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, TypeAlias
 
@@ -17,6 +16,7 @@ from numpy.typing import NDArray
 from symkin.analysis.observed import Observed
 from symkin.analysis.promises import bound_of, thinned
 from symkin.analysis.workspace import workspace_coordinates
+from symkin.estimate.assumed import with_assumed
 from symkin.estimate.conflict import widened_by
 from symkin.estimate.estimate import Estimate
 from symkin.estimate.precision import expected_over, over_bed
@@ -35,6 +35,7 @@ _SPOILT = 10.0  # times the tolerances or the noise: an estimate that is no robo
 _SAME = 1e-7  # m or rad, by which a pose that was written and read again may differ
 _AVOIDED = 1.5  # standard deviations of the candidates, around a pose to avoid
 _AVOIDED_SHARE = 0.05  # of the candidates, that are avoided with it at most
+_ASSUMED_AT = 200  # candidates, whose estimate rests on what is assumed as one of all does
 _AMONG = 2000  # poses over which the error is averaged while poses are chosen
 _LOOKED_AT = 5000  # candidates among which new ones are looked for at a time, others the next time
 _SINGLE: tuple[Coordinates, ...] = ("height", "x", "y", "z")
@@ -211,6 +212,7 @@ class Chooser:
         covariance = self._known_at_best
         shares = np.sqrt(np.diag(covariance)) / survey.priors
         names = [survey.unknowns[i] for i in np.argsort(-shares) if shares[i] > SILENT]
+        covariance = with_assumed(covariance, survey.assumed)
         return self._bounds(forms, covariance, self.target.confidence), tuple(names)
 
     @cached_property
@@ -225,7 +227,8 @@ class Chooser:
             if each in self.robot.space.position or (probed and each == "height"):
                 poses = thinned(expected_over(self.robot, each), _AMONG)
                 form, *_ = survey.error_forms(poses, each)
-                floor = bound_of(form, self._known_at_best, self.target.confidence)
+                covariance = with_assumed(self._known_at_best, survey.assumed)
+                floor = bound_of(form, covariance, self.target.confidence)
                 if floor < wanted:
                     found[each] = floor
         return found
@@ -263,7 +266,11 @@ class Chooser:
     ) -> tuple[Completing, Callable[[Array], bool]]:
         survey, rows, forms = self._surveyed(among, estimate)
         scaled = np.outer(survey.scale, survey.scale)
-        squares = [forms[name] / wanted**2 * scaled for name, wanted in self.target.wanted.items()]
+        # What is assumed stays as it is, whatever is measured.
+        own = np.ix_(*(range(len(scaled)),) * 2)
+        squares = [
+            forms[name][own] / wanted**2 * scaled for name, wanted in self.target.wanted.items()
+        ]
         chance = self._chance()[among] * np.isfinite(rows).all(axis=(1, 2))
         information = self._information(survey, estimate, again)
         completing = Completing(
@@ -301,7 +308,7 @@ class Chooser:
 
         def reached(covariance: Array) -> bool:
             printed = widened_by(scaled * covariance, survey.layout.prior_rows, *factors)
-            bounds = self._bounds(wanted, printed, confidence)
+            bounds = self._bounds(wanted, with_assumed(printed, survey.assumed), confidence)
             return all(bounds[name] <= value for name, value in self.target.wanted.items())
 
         return reached
@@ -326,7 +333,12 @@ class Chooser:
     def _survey(self, estimate: Estimate[Any] | None, poses: Array) -> Survey:
         survey = Survey.of(self._as_known(estimate), poses, self._observe, self._unknowns)
         assert survey is not None  # since there is always a prior
-        return survey
+        own = self._own(survey, estimate)
+        if estimate is not None and own is not None:
+            known = (replace(each, moves=each.moves[own]) for each in estimate.assumed)
+            return replace(survey, assumed=tuple(known))
+        some = thinned(poses, _ASSUMED_AT)
+        return survey.assuming(some[np.isfinite(survey.rows(some)).all(axis=(1, 2))])
 
     def _forms(self, survey: Survey) -> dict[str, Array]:
         poses = over_bed(survey.mechanism, self._over, self.target.of)
@@ -335,12 +347,18 @@ class Chooser:
 
     def _known(self, survey: Survey, estimate: Estimate[Any] | None) -> Array | None:
         """What an estimate knows of the unknowns, with whatever else it has taken for unknown."""
+        own = self._own(survey, estimate)
+        if estimate is None or own is None:
+            return None
+        return np.asarray(estimate.model_covariance[np.ix_(own, own)])
+
+    def _own(self, survey: Survey, estimate: Estimate[Any] | None) -> list[int] | None:
+        """Where the unknowns are among those of an estimate, unless a row has spoilt it."""
         if estimate is None or estimate.widened > _SPOILT:
             return None
         if not set(survey.unknowns) <= set(estimate.names):
             return None
-        own = [estimate.names.index(name) for name in survey.unknowns]
-        return np.asarray(estimate.model_covariance[np.ix_(own, own)])
+        return [estimate.names.index(name) for name in survey.unknowns]
 
     def _as_known(self, estimate: Estimate[Any] | None) -> Mechanism:
         """The robot where it is linearised: as estimated, unless a row has spoilt the estimate."""
@@ -349,7 +367,7 @@ class Chooser:
         known = self.robot.with_parameters(estimate.mechanism.parameters, symmetry=None)
         settings, frames = known.identification, estimate.options.frames or ()
         if settings is not None and {*frames} > {*(settings.frames or ())}:  # its device was moved
-            known = known.replace(identification=dataclasses.replace(settings, frames=frames))
+            known = known.replace(identification=replace(settings, frames=frames))
         return known.replace(frames=estimate.mechanism.frames)
 
     def _taken_at(self, estimate: Estimate[Any] | None, poses: Array) -> Array:

@@ -169,3 +169,18 @@ def test_a_page_takes_where_a_probe_touched(delta):
     robot = symkin.load("3RRR").measure(1e-4, **FEW)
     assert not touches(robot)
     assert {each["column"] for each in session_state(robot)["entries"]} == set(robot.columns)
+
+
+def test_what_is_held_counts_in_what_a_session_plans_as_in_what_it_promises(delta):
+    asked = {"observe": "height", "free": ["base_radius", "sensor_offset"]}
+    exact = delta.measure(1e-3, assume={"tolerances": 0}, **asked, **FEW).progress
+    counted = delta.measure(1e-3, **asked, **FEW).progress
+    assert not exact.never
+    assert counted.never
+    assert counted.position_floor > 10 * exact.position_floor
+    session = delta.measure(1.2 * counted.position_floor, **asked, **FEW)
+    device = SimulatedDevice(delta, seed=2, observe="height")
+    rows = [session.add(device(ask)) for _, ask in zip(range(20), session, strict=False)]
+    assert session.progress.reached
+    assert len(rows) < 20
+    assert session.progress.position_bound > counted.position_floor
