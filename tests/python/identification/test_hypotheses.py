@@ -537,3 +537,17 @@ def test_one_wrong_pose_late_in_a_table_is_no_device_that_is_noisier_from_there_
         poses[38 + seed, 0] += 40 * robot.noise.position
         (said,) = symkin.identify(robot, replace(taken, poses=poses)).doubts
         assert (said.code, said.rows) == ("rows-unlike", (int(taken.row_numbers[38 + seed]),))
+
+
+def test_two_wrong_readings_of_a_hexa_are_not_another_robot_from_there_on():
+    robot = symkin.load_mechanism("hexa")
+    sample = symkin.sample_workspace(robot, 500, seed=1)
+    plan = symkin.make_plan(robot, sample, 60, design="mechanism")
+    for seed in range(3):
+        taken = symkin.simulate(robot, plan, seed).measurements.for_all_legs()
+        readings = np.array(taken.readings)
+        rows = [31 + seed, 46 + seed]
+        readings[rows, [1, 2]] += 40 * robot.noise.reading
+        (said,) = symkin.identify(robot, replace(taken, readings=readings)).doubts
+        assert said.code == "rows-unlike"
+        assert sorted(said.rows) == taken.row_numbers[rows].tolist()

@@ -288,8 +288,12 @@ def _with_distortion(symptoms: list[Doubt], distorted: Doubt | None) -> list[Dou
 
 
 def _explains_more(found: Found, outliers: Sequence[Outlier]) -> bool:
-    """Whether something that scatters does, each single error being one that was looked for."""
-    by_outliers = drop_without(found, outliers) - len(outliers) * BETTER
+    """Whether something that scatters does, each single error being one that was looked for.
+
+    What scatters is seldom seen in a single row.
+    """
+    looked_for = BETTER if len(outliers) > 1 else BETTER / 2
+    by_outliers = drop_without(found, outliers) - len(outliers) * looked_for
     return any(each.figures["gain"] > by_outliers for each in doubts_of_scatter(found))
 
 
@@ -554,7 +558,9 @@ def _sought(estimate: Found, what: Noticed) -> _Sought:
         if rest is found.measurements or (cause is not None and cause.explains):
             break
     steps = {each.code for each in _mostly(what.symptoms)}
-    if (cause is None or not cause.explains) and gross is None and steps <= _MAYBE_ANOTHER:
+    single = what.rest is None and explain_all(found, what.outliers)
+    another = gross is None and not single and steps <= _MAYBE_ANOTHER
+    if (cause is None or not cause.explains) and another:
         cause = of_another_robot(found, partial(_another, found)) or cause
     if gross is not None and (cause is None or not cause.explains):
         cause, corrected, redrawn = gross, None, None

@@ -105,7 +105,9 @@ class LinearRows:
         residual, basis = self.residual[places], self.basis[places]
         along = np.einsum("nrk,nr->k", basis, residual)
         rest = np.eye(len(along)) - np.einsum("nrk,nrl->kl", basis, basis)
-        return float(np.square(residual).sum() + along @ np.linalg.solve(rest, along))
+        # What these rows alone show follows them.
+        answer = np.linalg.pinv(rest, rcond=_RANK, hermitian=True) @ along
+        return float(np.square(residual).sum() + along @ answer)
 
     def moved(self, column: Array) -> Array:
         """By how much the unknowns are off if so much of a column, n x r, was taken for noise."""

@@ -95,7 +95,27 @@ def _closures(found: Found, result: Diagnosed) -> tuple[Outlier, ...]:
             student, row = float(core.student[pose, leg]), int(rows[pose])
             what = f"closure of leg {leg + 1}"
             outliers.append(Outlier(row, int(numbers[row]), what, leg, student, p_value))
-    return tuple(sorted(outliers, key=lambda outlier: (outlier.p_value, -abs(outlier.student))))
+    outliers.sort(key=lambda outlier: (outlier.p_value, -abs(outlier.student)))
+    return tuple(_without_each_other(found, outliers, limit_of_pose))
+
+
+def _without_each_other(found: Found, outliers: list[Outlier], limit: float) -> Iterator[Outlier]:
+    """Those poses that do not fit what is left without the worse ones, which they may be due to."""
+    rows = _of_poses(found) if len(outliers) > 1 else None
+    if rows is None:
+        yield from outliers
+        return
+    every = _places(rows, outliers)
+    left = rows.square - rows.drop_without(every)
+    scale = max(left / max(rows.spare - int(rows.used[every].sum()), 1), 1.0)
+    told, gone = list[Outlier](), 0.0
+    for each in outliers:
+        drop = rows.drop_without(_places(rows, [*told, each]))
+        own = int(rows.used[_places(rows, [each])].sum())
+        if _core.chi_square_tail(max(drop - gone, 0.0) / scale, max(own, 1)) < limit:
+            told.append(each)
+            gone = drop
+            yield each
 
 
 def blunder_limit(found: Found, without: Sequence[Outlier] = ()) -> float:
