@@ -551,3 +551,16 @@ def test_two_wrong_readings_of_a_hexa_are_not_another_robot_from_there_on():
         (said,) = symkin.identify(robot, replace(taken, readings=readings)).doubts
         assert said.code == "rows-unlike"
         assert sorted(said.rows) == taken.row_numbers[rows].tolist()
+
+
+def test_a_part_of_what_two_wrong_rows_explain_is_not_told_in_their_place(paper):
+    plan = paper.plan(24, seed=1)
+    for seed in range(4):
+        taken = symkin.simulate(paper, plan, seed).measurements
+        readings, poses = np.array(taken.readings), np.array(taken.poses)
+        readings[29, 1] += 0.02
+        poses[69, 0] += 0.001
+        wrong = replace(taken, readings=readings, poses=poses)
+        (said,) = symkin.identify(paper, wrong, "joint", prior="tolerances").doubts
+        assert said.code == "rows-unlike", seed
+        assert sorted(said.rows) == taken.row_numbers[[29, 69]].tolist()

@@ -564,6 +564,8 @@ def _sought(estimate: Found, what: Noticed) -> _Sought:
         cause = of_another_robot(found, partial(_another, found)) or cause
     if gross is not None and (cause is None or not cause.explains):
         cause, corrected, redrawn = gross, None, None
+    if single and cause is not None and not cause.explains:
+        cause = None  # which explains a part of what these do
     if cause is None and not found.legs:  # dearer than what comes before it
         cause = _gross_alone(found, what.symptoms)
     return _Sought(cause, tried, not budget.spent, corrected, redrawn)
