@@ -267,9 +267,10 @@ class Chooser:
         survey, rows, forms = self._surveyed(among, estimate)
         scaled = np.outer(survey.scale, survey.scale)
         # What is assumed stays as it is, whatever is measured.
-        own = np.ix_(*(range(len(scaled)),) * 2)
+        count = len(scaled)
         squares = [
-            forms[name][own] / wanted**2 * scaled for name, wanted in self.target.wanted.items()
+            forms[name][:count, :count] / wanted**2 * scaled
+            for name, wanted in self.target.wanted.items()
         ]
         chance = self._chance()[among] * np.isfinite(rows).all(axis=(1, 2))
         information = self._information(survey, estimate, again)
@@ -333,6 +334,8 @@ class Chooser:
     def _survey(self, estimate: Estimate[Any] | None, poses: Array) -> Survey:
         survey = Survey.of(self._as_known(estimate), poses, self._observe, self._unknowns)
         assert survey is not None  # since there is always a prior
+        if not survey.options.assume:
+            return survey
         own = self._own(survey, estimate)
         if estimate is not None and own is not None:
             known = (replace(each, moves=each.moves[own]) for each in estimate.assumed)

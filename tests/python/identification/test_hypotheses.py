@@ -511,10 +511,15 @@ def test_errors_in_most_rows_are_no_gross_errors():
     assert "gross-errors" not in {each.code for each in found.doubts}
 
 
+def sixty_poses(robot):
+    return symkin.make_plan(
+        robot, symkin.sample_workspace(robot, 500, seed=1), 60, design="mechanism"
+    )
+
+
 def test_two_gross_errors_are_named_without_what_they_make_look_wrong():
     robot = symkin.load_mechanism("3RPS")
-    sample = symkin.sample_workspace(robot, 500, seed=1)
-    plan = symkin.make_plan(robot, sample, 60, design="mechanism")
+    plan = sixty_poses(robot)
     for seed in range(3):
         made = symkin.simulate(robot, plan, seed, observe="separation")
         taken = made.measurements.for_all_legs()
@@ -529,8 +534,7 @@ def test_two_gross_errors_are_named_without_what_they_make_look_wrong():
 
 def test_one_wrong_pose_late_in_a_table_is_no_device_that_is_noisier_from_there_on():
     robot = symkin.load_mechanism("3RPS")
-    sample = symkin.sample_workspace(robot, 500, seed=1)
-    plan = symkin.make_plan(robot, sample, 60, design="mechanism")
+    plan = sixty_poses(robot)
     for seed in range(4):
         taken = symkin.simulate(robot, plan, seed).measurements.for_all_legs()
         poses = np.array(taken.poses)
@@ -541,8 +545,7 @@ def test_one_wrong_pose_late_in_a_table_is_no_device_that_is_noisier_from_there_
 
 def test_two_wrong_readings_of_a_hexa_are_not_another_robot_from_there_on():
     robot = symkin.load_mechanism("hexa")
-    sample = symkin.sample_workspace(robot, 500, seed=1)
-    plan = symkin.make_plan(robot, sample, 60, design="mechanism")
+    plan = sixty_poses(robot)
     for seed in range(3):
         taken = symkin.simulate(robot, plan, seed).measurements.for_all_legs()
         readings = np.array(taken.readings)
